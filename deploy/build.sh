@@ -33,7 +33,7 @@ show_progress() {
   while sleep 30; do
     step=$(grep -o '^\[[0-9]*/[0-9]*\]' "$log" | tail -n 1) || continue
     IFS=/ read -r done all <<<"${step//[\[\]]/}"
-    ((done < all)) || continue
+    ((0 < done && done < all)) || continue
     echo "... $done of $all after $SECONDS s, about $(((all - done) * SECONDS / done)) s to go"
   done
 }

@@ -95,7 +95,7 @@ if ! stop_daemon; then
   echo "demo.sh: hapticd did not end cleanly; its log is above" >&2
   exit 1
 fi
-echo "To go on by hand, in two terminals:"
+echo "To go on by hand, in three terminals:"
 echo "  $bin/hapticd --rig sim:phantom_1_0"
 echo "  $bin/hapticctl telemetry watch        # and in a third: hapticctl scene load tap_1d, sim hand press, target set 0.3"
 echo "  $bin/hapticctl console                # the rig in your browser"

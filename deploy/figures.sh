@@ -56,7 +56,7 @@ once() {
 measure identify hapticd_study identify "${quick[@]}" &
 identify_job=$!
 trap wait EXIT  # leave nothing running
-for study in rig explore loading; do
+for study in rig explore loading onset; do
   measure "$study" hapticd_study "$study" "${quick[@]}"
 done
 wait "$identify_job"

@@ -8,7 +8,7 @@
 set -euo pipefail
 
 declare -A packages=(
-  [build]="cmake ninja-build g++ lld ccache pkg-config python3"
+  [build]="cmake ninja-build g++ lld ccache pkg-config python3 help2man"
   # What the configuration of the build looks for, the test framework included.
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler python3-protobuf
                libmodbus-dev libasio-dev libboost-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
@@ -27,7 +27,7 @@ declare -A packages=(
   # A cluster on one machine, to try the report's job array; only when asked for.
   [slurm]="slurmctld slurmd slurm-client munge"
   # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
-  [packaging]="dpkg-dev debhelper dh-python fakeroot lintian help2man mmdebstrap prometheus"
+  [packaging]="dpkg-dev debhelper dh-python fakeroot lintian mmdebstrap prometheus"
 )
 all_groups=(build libraries run tests)
 
@@ -49,6 +49,11 @@ for group in "${groups[@]}"; do
   wanted+=("${names[@]}")
 done
 
+# For the validator of BIDS data sets, which npm installs; sources of node other than Debian bring an npm with them.
+is_for_tests=false
+[[ " ${groups[*]} " != *" tests "* ]] || is_for_tests=true
+if $is_for_tests && { $list_only || ! command -v npm >/dev/null; }; then wanted+=(npm); fi
+
 if $list_only; then
   printf '%s\n' "${wanted[@]}"
   exit 0
@@ -62,7 +67,11 @@ missing=()
 for name in "${wanted[@]}"; do
   is_installed "$name" || missing+=("$name")
 done
-((${#missing[@]})) || exit 0
+install_validator() {
+  ! $is_for_tests || bash "$(dirname "${BASH_SOURCE[0]}")/bids_validator.sh" ||
+    echo "install_packages.sh: without the validator, the test of the BIDS export is skipped" >&2
+}
+((${#missing[@]})) || { install_validator; exit 0; }
 
 as_root=()
 if ((EUID != 0)); then
@@ -85,3 +94,4 @@ if ! { apt update && apt install --no-install-recommends "${missing[@]}"; }; the
   echo "install_packages.sh: apt-get failed; its output is above" >&2
   exit 1
 fi
+install_validator

@@ -36,7 +36,8 @@ void build_app(CLI::App& app, Session& session) {
   // Global options may follow the command as well.
   app.fallthrough();
   app.add_option("-s,--server", session.server,
-                 "Where hapticd listens: host:port or unix:/path; beyond this machine with certificates")
+                 "Where hapticd listens: host:port or unix:/path; beyond this machine with certificates; "
+                 "tls:host:port: with certificates on this machine, too, e.g. through a tunnel")
       ->envname("HAPTICD_SERVER")
       ->capture_default_str();
   app.add_option("--timeout", session.timeout_s, "Seconds to wait for an answer")

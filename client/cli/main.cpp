@@ -1,7 +1,24 @@
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <string_view>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/session/print.h"
+#include "client/cli/text/report.h"
+#include "client/cli/text/usage_error.h"
+
+namespace {
+
+hapticd::cli::LocalError output_lost() {
+  return {"the output could not be written", "standard output", errno == 0 ? "" : std::strerror(errno), "",
+          "see whether its disk is full, or its reader has ended"};
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace hapticd::cli;
@@ -19,14 +36,19 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const bool asked_for_help = app.exit(error) == 0;
-    return static_cast<int>(asked_for_help ? ExitCode::kOk : ExitCode::kUsage);
+    if (error.get_exit_code() != 0) {
+      session.json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
+      return static_cast<int>(report_usage(usage_error(app, error), session));
+    }
+    app.exit(error);
   } catch (const hapticd::client::Error& error) {
     return static_cast<int>(report(error, session));
   } catch (const LocalError& error) {
     return static_cast<int>(report(error, session));
   } catch (const std::exception& error) {
-    return static_cast<int>(report(LocalError(error.what()), session));
+    if (std::ferror(stdout) == 0) return static_cast<int>(report(LocalError(error.what()), session));
   }
-  return static_cast<int>(session.exit_code);
+  if (all_was_printed()) return static_cast<int>(session.exit_code);
+  session.json = false;  // it would be printed where nothing can be
+  return static_cast<int>(report(output_lost(), session));
 }

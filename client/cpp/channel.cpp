@@ -12,6 +12,11 @@
 namespace hapticd::client {
 namespace {
 
+/// A stream over a network that carries nothing any more ends within 15 s: the daemon is asked after so long
+/// without a word, and has so long to answer. It takes a question each 5 s.
+constexpr int kKeepAliveMs = 9'000;
+constexpr int kKeepAliveTimeoutMs = 5'000;
+
 std::string text_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
@@ -29,6 +34,8 @@ std::string text_of(const std::string& path) {
     if (const auto explained = explain_tls_failure(options.address, files, options.timeout)) {
       detail = *explained;
     }
+  } else if (!options.address.starts_with("unix:")) {
+    if (const auto explained = explain_plain_failure(options.address, options.timeout)) detail = *explained;
   }
   throw Error(ErrorKind::kUnreachable, "UNAVAILABLE", detail);
 }
@@ -41,6 +48,10 @@ std::shared_ptr<grpc::Channel> make_channel(const ClientOptions& options, grpc::
   // A client that connects again after a loss must not wait out the pauses between the attempts of another
   // connection.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepAliveMs);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepAliveTimeoutMs);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA,
+                   0);  // a stream that only receives has no end of them
   const std::string target = channel_target(options.address);
   auto credentials = grpc::InsecureChannelCredentials();
   if (needs_certificates(options.address)) {

@@ -106,6 +106,9 @@ class Client {
   v1::LeaseGrant take_lease(const v1::TakeLeaseRequest& request);
   /// No effect where this client keeps none.
   void return_lease();
+  /// Whether the lease that this object acquired is still its own, as far as it can know without a call:
+  /// false once the daemon said that it is over, or could not be reached for its time to live.
+  bool holds_lease() const;
   /// The state of the lease now, then each change.
   LeaseStream watch_lease();
 

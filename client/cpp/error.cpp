@@ -70,7 +70,7 @@ Error error_from_status(int code, const std::string& message, const std::string&
   if (kind == ErrorKind::kUnreachable) {
     detail.set_what("the connection to the daemon broke: " + detail.what());
     detail.set_where(address);
-    detail.set_remedy("see whether hapticd still runs there");
+    detail.set_remedy("see whether hapticd still runs there, and whether the network carries");
   } else if (kind == ErrorKind::kTimedOut) {
     detail.set_what("the daemon did not answer in time");
     detail.set_where(address);

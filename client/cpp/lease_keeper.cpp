@@ -58,6 +58,11 @@ std::string LeaseKeeper::token() const {
   return token_;
 }
 
+bool LeaseKeeper::holds() const {
+  const MutexLock lock(mutex_);
+  return ttl_ > std::chrono::nanoseconds::zero() && std::chrono::steady_clock::now() - renewed_at_ < ttl_;
+}
+
 void LeaseKeeper::add_to(grpc::ClientContext& context) const {
   const std::string token_now = token();
   if (!token_now.empty()) context.AddMetadata(kTokenKey, token_now);
@@ -76,6 +81,7 @@ void LeaseKeeper::keep(const v1::LeaseGrant& grant) {
   const MutexLock lock(mutex_);
   token_ = grant.token();
   ttl_ = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(ttl_s));
+  renewed_at_ = std::chrono::steady_clock::now();
   if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
   changed_.notify_all();
 }
@@ -114,10 +120,12 @@ void LeaseKeeper::run() {
     context.AddMetadata(kTokenKey, kept);
     set_timeout(context, pause);
     v1::Lease lease;
+    const auto asked_at = std::chrono::steady_clock::now();
     const grpc::Status status = stub_->RenewLease(&context, {}, &lease);
     lock.lock();
-    if (status.error_code() == grpc::StatusCode::ABORTED && token_ == kept)
-      ttl_ = std::chrono::nanoseconds::zero();
+    if (token_ != kept) continue;
+    if (status.ok()) renewed_at_ = asked_at;
+    if (status.error_code() == grpc::StatusCode::ABORTED) ttl_ = std::chrono::nanoseconds::zero();
   }
 }
 

@@ -30,6 +30,9 @@ class LeaseKeeper {
   void keep(const v1::LeaseGrant& grant);
   /// No error where it is over already.
   void give_back();
+  /// Whether the lease that keep() took is still this client's, as far as it can know: false once the daemon
+  /// said that it is over, or could not be asked for its time to live.
+  bool holds() const;
   /// Adds the token to a call.
   void add_to(grpc::ClientContext& context) const;
 
@@ -41,6 +44,7 @@ class LeaseKeeper {
   Condition changed_;
   std::string token_ GUARDED_BY(mutex_);
   std::chrono::nanoseconds ttl_ GUARDED_BY(mutex_){0};  ///< of a lease that is kept here; 0 = none
+  std::chrono::steady_clock::time_point renewed_at_ GUARDED_BY(mutex_);
   bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

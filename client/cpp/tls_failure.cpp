@@ -10,6 +10,9 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <array>
+#include <string_view>
+
 #include "client/cpp/tls/openssl_support.h"
 
 namespace hapticd::client {
@@ -53,6 +56,29 @@ v1::ErrorDetail detail(const std::string& what, const std::string& where, const 
   made.set_value(value);
   made.set_remedy(remedy);
   return made;
+}
+
+/// Whether a daemon speaks plainly there: it answers the beginning of a plain connection (RFC 9113, 3.4) with
+/// a frame of settings.
+bool speaks_plainly(const std::string& address, std::chrono::milliseconds timeout) {
+  Socket opened;
+  connect_to(host_of(address), port_of(address), timeout, opened);
+  if (opened.descriptor < 0) return false;
+  constexpr std::string_view kBegin{"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0", 33};
+  constexpr char kSettings = 4;
+  std::array<char, 9> frame{};
+  if (send(opened.descriptor, kBegin.data(), kBegin.size(), MSG_NOSIGNAL) < 0) return false;
+  return recv(opened.descriptor, frame.data(), frame.size(), MSG_WAITALL) ==
+             static_cast<ssize_t>(frame.size()) &&
+         frame[3] == kSettings;
+}
+
+v1::ErrorDetail port_is_plain(const std::string& address) {
+  const std::string plain = address.starts_with("tls:") ? address.substr(4) : address;
+  return detail("this port speaks without certificates", address, "a connection with certificates (tls:)",
+                needs_certificates(plain) ? "name the port of the daemon's [network] listen_tls"
+                                          : "leave tls: out: --server " + plain +
+                                                ", or name the port of the daemon's [network] listen_tls");
 }
 
 /// The names a daemon's certificate is for.
@@ -152,10 +178,11 @@ std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, c
   if (result != X509_V_OK) return wrong_daemon(tls.get(), result, address);
   if (!connected) {
     const unsigned long code = ERR_peek_last_error();
-    if (code == 0) return std::nullopt;
     // A reason from this number on is an alert that the daemon sent.
     const bool is_alert = ERR_GET_LIB(code) == ERR_LIB_SSL && ERR_GET_REASON(code) >= SSL_AD_REASON_OFFSET;
     if (is_alert) return wrong_client(newest_tls_problem("no reason given"), files);
+    if (speaks_plainly(address, timeout)) return port_is_plain(address);
+    if (code == 0) return std::nullopt;
     return detail("no encrypted connection comes about", address, newest_tls_problem("no reason given"),
                   "does the daemon listen there with certificates ([network] listen_tls)?");
   }
@@ -164,6 +191,27 @@ std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, c
   if (SSL_read(tls.get(), &byte, 1) <= 0 && ERR_peek_last_error() != 0)
     return wrong_client(newest_tls_problem("no reason given"), files);
   return std::nullopt;
+}
+
+std::optional<v1::ErrorDetail> explain_plain_failure(const std::string& address,
+                                                     std::chrono::milliseconds timeout) {
+  Socket opened;
+  connect_to(host_of(address), port_of(address), timeout, opened);
+  if (opened.descriptor < 0) return std::nullopt;
+  const NoPipeSignal no_signal;
+  const TlsContext context(SSL_CTX_new(TLS_client_method()));
+  const TlsSession tls(SSL_new(context.get()));
+  SSL_set_fd(tls.get(), opened.descriptor);
+  SSL_set_verify(tls.get(), SSL_VERIFY_NONE, nullptr);
+  ERR_clear_error();
+  SSL_connect(tls.get());
+  ERR_clear_error();
+  X509* shown = SSL_get1_peer_certificate(tls.get());
+  if (shown == nullptr) return std::nullopt;
+  X509_free(shown);
+  return detail(
+      "this port expects certificates", address, "a plain connection",
+      "write tls: before the address: --server tls:" + address + "; certificates: see docs/access.md");
 }
 
 }  // namespace hapticd::client

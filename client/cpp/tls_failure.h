@@ -14,4 +14,8 @@ namespace hapticd::client {
 std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, const CertificateFiles& files,
                                                    std::chrono::milliseconds timeout);
 
+/// Why no plain connection came about: the port may expect certificates. Nothing where it does not.
+std::optional<v1::ErrorDetail> explain_plain_failure(const std::string& address,
+                                                     std::chrono::milliseconds timeout);
+
 }  // namespace hapticd::client

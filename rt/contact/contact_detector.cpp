@@ -1,5 +1,6 @@
 #include "rt/contact/contact_detector.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "rt/signal/ticks.h"
@@ -13,14 +14,17 @@ ContactDetector::ContactDetector(const ContactParameters& parameters, double rat
       arming_ticks_(ticks_of(1e-3 * parameters.arming_time_ms, rate_hz)),
       longest_disturbance_ticks_(ticks_of(kMaxDisturbanceS, rate_hz)),
       ringing_ticks_(ticks_of(kRingingS, rate_hz)),
+      landing_ticks_(ticks_of(kLandingS, rate_hz)),
       evident_n_(2.0 * (parameters.evidence.unexplained_force_n > 0.0
                             ? parameters.evidence.unexplained_force_n
-                            : default_unexplained_force_n(parameters.threshold_n))) {}
+                            : default_unexplained_force_n(parameters.threshold_n))),
+      ticks_since_quiet_(landing_ticks_) {}
 
 void ContactDetector::await_free() noexcept {
   in_contact_ = false;
   reason_ = ContactReason::kAwaitingFree;
   recently_released_ = false;
+  ticks_since_quiet_ = landing_ticks_;
   ticks_below_ = 0;
   ticks_free_ = 0;
   ticks_disturbed_ = 0;
@@ -77,8 +81,13 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
     // What stays beyond all that a sensor may read of nothing is something after all, of unknown depth.
     const bool is_evident = reason_ == ContactReason::kWithdrawn && magnitude > evident_n_;
     ticks_disturbed_ = is_evident ? ticks_disturbed_ + 1 : 0;
-    if (ticks_free_ >= arming_ticks_) reason_ = ContactReason::kFree;
-    return false;
+    ticks_since_quiet_ = ticks_free_ >= kFlightTicks ? 0 : std::min(ticks_since_quiet_ + 1, landing_ticks_);
+    if (ticks_free_ >= arming_ticks_) {
+      reason_ = ContactReason::kFree;
+    } else if (is_evident && ticks_since_quiet_ < landing_ticks_) {
+      declare();
+    }
+    return in_contact_;
   }
   if (recently_released_) {
     // What still pulls here is adhesion, or the structure ringing from the impact: no new contact before the

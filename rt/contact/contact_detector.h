@@ -42,7 +42,9 @@ class ContactDetector {
               bool may_begin = true) noexcept;
   /// In contact from this tick on: a contact law knows of an onset that was missed.
   void declare() noexcept;
-  /// There was no object: free once the force has been within ε_f.
+  /// There was no object: free once the force has been within ε_f. A tool that bounces comes down before that
+  /// has lasted the arming time: what exceeds all that a sensor may read of nothing within 30 ms after the
+  /// force was within ε_f is a contact.
   void withdraw() noexcept;
   /// The object is gone from under the tip.
   void lose() noexcept;
@@ -78,6 +80,10 @@ class ContactDetector {
   static constexpr double kRingingS =
       0.015;  ///< after an object threw the tip off, its force is none of contact
 
+  static constexpr std::uint32_t kFlightTicks = 2;  ///< within ε_f: one that crosses it is no flight
+  /// No longer than onsets are looked back for; what grows more slowly began where no one saw it.
+  static constexpr double kLandingS = 0.03;
+
   void release(ContactReason reason) noexcept;
 
   ContactParameters parameters_;
@@ -86,6 +92,7 @@ class ContactDetector {
   std::uint32_t arming_ticks_;
   std::uint32_t longest_disturbance_ticks_;
   std::uint32_t ringing_ticks_;
+  std::uint32_t landing_ticks_;
   double evident_n_;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   bool in_contact_ = false;
@@ -93,6 +100,7 @@ class ContactDetector {
   std::uint32_t ticks_ringing_ = 0;  ///< left, since the reaction was lost
   std::uint32_t ticks_below_ = 0;
   std::uint32_t ticks_free_ = 0;
+  std::uint32_t ticks_since_quiet_;  ///< while withdrawn, up to landing_ticks_
   std::uint32_t ticks_disturbed_ = 0;
   std::uint32_t count_ = 0;
   std::uint32_t withdrawn_count_ = 0;

@@ -1,7 +1,6 @@
 #include "rt/contact/contact_evidence.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace hapticd::rt {
 
@@ -23,7 +22,9 @@ void ContactEvidence::begin() noexcept {
   slot_ = 0;
   slot_s_ = 0.0;
   min_n_[slot_] = std::numeric_limits<double>::infinity();
-  earned_ = goal_ = 0.0;
+  earned_ = goal_ = sloped_ = 0.0;
+  slope_.reset();
+  is_sloped_ = goes_on_ = false;
   support_ = 1.0;
   secant_n_per_mm_ = 0.0;
   lost_s_ = 0.0;
@@ -35,8 +36,11 @@ void ContactEvidence::follow_acceleration(double acceleration_mm_per_s2, double 
       std::max(acceleration_mm_per_s2, acceleration_mm_per_s2_ / (1.0 + s / kAccelerationMemoryS));
 }
 
-void ContactEvidence::rest(double acceleration_mm_per_s2, const TickInterval& interval) noexcept {
+void ContactEvidence::rest(double acceleration_mm_per_s2, double noise_n,
+                           const TickInterval& interval) noexcept {
   follow_acceleration(acceleration_mm_per_s2, interval.s);
+  const double seen_n = std::min(noise_n, kMaxNoiseN);
+  variance_n2_ += (seen_n * seen_n - variance_n2_) * (interval.s / (interval.s + kNoiseS));
 }
 
 double ContactEvidence::sustained_n(double evidence_n, double s) noexcept {
@@ -75,10 +79,21 @@ void ContactEvidence::update(const Observation& now, const TickInterval& interva
   const double proven_n = std::max(sustained_n(evidence_n, s), at_once_n);
   goal_ = std::max(goal_, std::clamp(proven_n / parameters_.unexplained_force_n, 0.0, 1.0));
   earned_ = std::min(goal_, earned_ + s / kGrowS);
+  if (!is_sloped_ && earned_ < 1.0) {
+    slope_.add(now.reaction_n, now.path_mm, now.inward_mm_per_s2);
+    if (now.reaction_n > threshold_n_ &&
+        slope_.shows_object(noise_n(), parameters_.lowest_stiffness_n_per_mm, kGrownN)) {
+      is_sloped_ = goes_on_;
+      goes_on_ = true;
+      slope_.reset();
+    }
+  }
+  if (is_sloped_) sloped_ = std::min(1.0, sloped_ + s / kGrowS);
 
   const bool resists = now.reaction_n >= parameters_.lowest_stiffness_n_per_mm * (now.path_mm - kFreePathMm);
-  if (earned_ > 0.0) follow_support(now, s);
-  lost_s_ = resists && support_ > 0.0 ? 0.0 : lost_s_ + s;
+  if (proven()) follow_support(now, s);
+  // On a slope alone the force is not yet beyond what it may swing by: the threshold ends that contact.
+  lost_s_ = resists && (support_ > 0.0 || earned_ == 0.0) ? 0.0 : lost_s_ + s;
   if (lost_s_ >= kLostS) plausible_ = false;
 }
 

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
+#include "rt/signal/stiffness_fit.h"
 #include "rt/signal/tick_interval.h"
 #include "rt/signal/tool_compensation.h"
 
@@ -37,14 +40,18 @@ inline double default_unexplained_force_n(double threshold_n) noexcept {
 ///            that lasted kSustainedS, for encoders show a motion that late. What exceeds even the
 ///            acceleration a hand may reach unseen, m kUnseenMmPerS2, counts at once. A smaller E takes
 ///            nothing away again.
+///   sloped   where f regressed on the path and the acceleration since the contact began grows with the path
+///            by more than free air's noise explains (StiffnessFit), and goes on to grow in a second fit that
+///            begins there, which a step of the reading does not: a is 1 from then on, but no more than
+///            kSlopeForceN is rendered until E has earned the rest. A constant takes zero, tilt and weight, so
+///            that holds from some hundredths of a newton on.
 ///   lost     by the factor s = min((f/(K x) - 0.15)/0.2, (f/ε_f - 1)/2), 0 … 1, K the contact's own secant
 ///            stiffness followed over kSecantS: the reaction falls to a third of what this depth gave, or to
 ///            the threshold, and force with it. At s = 0 for kLostS there is no object any more, and the
 ///            contact has ended.
 ///   never    where f < k_min (x - kFreePathMm) for kLostS: the tip went on and nothing resisted.
 ///
-/// f is the reaction along the deformation direction, x its displacement. Nothing is rendered before a > 0:
-/// at the force a hand first feels. It costs the modulation below F_0 .. 2 F_0.
+/// f is the reaction along the deformation direction, x its displacement. Nothing is rendered before a > 0.
 class ContactEvidence {
  public:
   /// `threshold_n`: ε_f; `tool_mass_g`: m, beyond the sensor.
@@ -58,6 +65,7 @@ class ContactEvidence {
     double displacement_mm = 0.0;  ///< x, as it is rendered
     double path_mm = 0.0;          ///< of the tip into the object since the onset, without any contact law
     double acceleration_mm_per_s2 = 0.0;  ///< magnitude, of the tip
+    double inward_mm_per_s2 = 0.0;        ///< the same along the path
     double deflection_mm = 0.0;  ///< magnitude of what the structure bends; x is as uncertain as that
   };
 
@@ -65,12 +73,24 @@ class ContactEvidence {
   void begin() noexcept;
   /// One tick in contact.
   void update(const Observation& now, const TickInterval& interval) noexcept;
-  /// One tick out of contact: only the acceleration is remembered.
-  void rest(double acceleration_mm_per_s2, const TickInterval& interval) noexcept;
+  /// One tick out of contact: the acceleration is remembered, and how the reading of a free tool varies.
+  /// `noise_n`: what it differs by from its mean of late.
+  void rest(double acceleration_mm_per_s2, double noise_n, const TickInterval& interval) noexcept;
   void reset() noexcept;
 
   /// Share of the desired force that may be rendered, 0 … 1.
-  double authority() const noexcept { return parameters_.required ? earned_ * support_ : 1.0; }
+  double authority() const noexcept {
+    return parameters_.required ? std::max(earned_, sloped_) * support_ : 1.0;
+  }
+  /// The same without the slope, for what is added past max_force_n().
+  double earned_authority() const noexcept { return parameters_.required ? earned_ * support_ : 1.0; }
+  /// What may be rendered at most: kSlopeForceN on the slope alone, growing without bound as all is earned.
+  double max_force_n() const noexcept {
+    return parameters_.required && earned_ < 1.0 ? kSlopeForceN / (1.0 - earned_)
+                                                 : std::numeric_limits<double>::infinity();
+  }
+  /// Standard deviation of what a free tool reads on this rig, as far as it was seen.
+  double noise_n() const noexcept { return std::clamp(std::sqrt(variance_n2_), kMinNoiseN, kMaxNoiseN); }
   /// What a sensor may read in free air at most, whatever the hand does.
   double max_free_force_n() const noexcept {
     return parameters_.unexplained_force_n + inertial_force_n(tool_mass_g_, kUnseenMmPerS2);
@@ -78,9 +98,14 @@ class ContactEvidence {
   /// False once nothing resists any more: the contact is to be ended.
   bool plausible() const noexcept { return plausible_ || !parameters_.required; }
   /// True where it had been one: it has ended. False: it never was.
-  bool proven() const noexcept { return earned_ > 0.0; }
+  bool proven() const noexcept { return std::max(earned_, sloped_) > 0.0; }
 
  private:
+  static constexpr double kSlopeForceN = 0.25;  // below what free air may ever have
+  static constexpr double kGrownN = 0.015;  // in each of both fits
+  static constexpr double kMinNoiseN = 0.001;
+  static constexpr double kMaxNoiseN = 0.02;
+  static constexpr double kNoiseS = 0.5;
   static constexpr double kSustainedS = 0.010;  // filter and window of the acceleration
   static constexpr double kUnseenMmPerS2 = 25e3;
   static constexpr double kAccelerationMemoryS = 0.05;
@@ -107,6 +132,11 @@ class ContactEvidence {
   double slot_s_ = 0.0;  ///< so far in the present slot
   double earned_ = 0.0;
   double goal_ = 0.0;  ///< of earned_
+  StiffnessFit slope_;
+  bool goes_on_ = false;  ///< the second fit is under way
+  bool is_sloped_ = false;
+  double sloped_ = 0.0;        ///< share that the slope has earned
+  double variance_n2_ = 9e-6;  ///< of a free tool's reading
   double support_ = 1.0;
   double secant_n_per_mm_ = 0.0;
   double lost_s_ = 0.0;

@@ -1,5 +1,8 @@
 #include "rt/contact/contact_stage.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "rt/signal/vector.h"
 
 namespace hapticd::rt {
@@ -21,6 +24,29 @@ void BasicContactStage<Value>::reset() noexcept {
   detector_.reset();
   evidence_.reset();
   onset_.forget();
+  in_motion_.reset();
+  is_zero_ = false;
+  waiting_s_ = 0.0;
+}
+
+template <class Value>
+void BasicContactStage<Value>::follow_free_reading(const Input& now) noexcept {
+  const bool is_beyond = force_n_ >= parameters_.threshold_n;
+  if (is_beyond && parameters_.method == ContactMethod::kMatchedInertia) {
+    is_zero_ = in_motion_.update(residual_.residual_n(), now.tip_mm, now.interval.s);
+  } else {
+    is_zero_ = false;
+    in_motion_.reset();
+  }
+  if (!detector_.is_waiting() || !is_beyond) {
+    waiting_s_ = 0.0;
+  } else if (magnitude(now.velocity_mm_per_s) > kMovingMmPerS && force_n_ < in_motion_.kMaxN) {
+    waiting_s_ = std::min(waiting_s_ + now.interval.s, 2.0 * kWaitingS);
+  }
+  const Value varies_n = residual_.prompt_force_n() - free_mean_n_;
+  free_mean_n_ = free_mean_n_ + varies_n * (now.interval.s / (now.interval.s + kNoiseMeanS));
+  const double one_n = magnitude(varies_n) / std::sqrt(stiffness_fit::components(Value{}));
+  evidence_.rest(now.acceleration_mm_per_s2, is_beyond ? evidence_.noise_n() : one_n, now.interval);
 }
 
 template <class Value>
@@ -65,7 +91,10 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
   if (detector_.just_declared()) note_onset(now.free_motion.position_ns);
   quiet_s_ = force_n_ < parameters_.threshold_n ? quiet_s_ + now.interval.s : 0.0;
   if (quiet_s_ > kQuietS) unproven_ = 0;
-  if (!in_contact()) return evidence_.rest(now.acceleration_mm_per_s2, now.interval);
+  if (!in_contact()) return follow_free_reading(now);
+  is_zero_ = false;
+  in_motion_.reset();
+  waiting_s_ = 0.0;
   if (detector_.just_declared() || now.interval.is_gap) evidence_.begin();
 }
 
@@ -74,7 +103,11 @@ void BasicContactStage<Value>::judge(const ContactEvidence::Observation& now,
                                      const TickInterval& interval) noexcept {
   evidence_.update(now, interval);
   if (evidence_.plausible()) return;
-  evidence_.proven() ? detector_.lose() : detector_.withdraw();
+  if (evidence_.proven()) {
+    detector_.lose();
+  } else {
+    detector_.withdraw();
+  }
   residual_.assume_free();
 }
 

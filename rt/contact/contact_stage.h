@@ -5,6 +5,7 @@
 #include "rt/contact/contact_evidence.h"
 #include "rt/contact/contact_onset.h"
 #include "rt/contact/free_motion_residual.h"
+#include "rt/contact/reading_in_motion.h"
 #include "rt/signal/tick_interval.h"
 
 namespace hapticd::rt {
@@ -48,6 +49,14 @@ class BasicContactStage {
     detector_.withdraw();
     residual_.assume_free();
   }
+  /// The sensor's zero is not proven: a contact was none, and the tool is not known to be free.
+  void distrust() noexcept {
+    if (in_contact()) {
+      withdraw();
+    } else if (detector_.is_free()) {
+      detector_.await_free();
+    }
+  }
   /// Whether something is touched is not known.
   void await_free() noexcept { detector_.await_free(); }
   void reset() noexcept;
@@ -56,6 +65,12 @@ class BasicContactStage {
   bool in_contact() const noexcept { return detector_.in_contact(); }
   /// Share of the desired force that may be rendered, 0 … 1; 0 out of contact.
   double authority() const noexcept { return in_contact() ? evidence_.authority() : 0.0; }
+  /// The same without what a slope alone allows.
+  double earned_authority() const noexcept { return in_contact() ? evidence_.earned_authority() : 0.0; }
+  /// False where every contact is rendered in full from its declaration on, as published.
+  bool needs_evidence() const noexcept { return parameters_.evidence.required; }
+  /// What may be rendered at most on the evidence so far; infinite once all is earned.
+  double max_force_n() const noexcept { return evidence_.max_force_n(); }
   /// What a sensor may read in free air at most, whatever the hand does.
   double max_free_force_n() const noexcept { return evidence_.max_free_force_n(); }
   /// Where a contact that has just been declared began.
@@ -69,6 +84,11 @@ class BasicContactStage {
     return parameters_.method == ContactMethod::kMatchedInertia && detector_.zero_shows(force_n_);
   }
   const Value& residual_n() const noexcept { return residual_.residual_n(); }
+  /// True where residual_n() is the zero's although it is beyond the threshold: it stays what it is in
+  /// motion.
+  bool zero_shows_in_motion() const noexcept { return is_zero_; }
+  /// It has been waiting in motion for so long that the sensor's zero must be wrong.
+  bool waits_in_motion() const noexcept { return waiting_s_ > kWaitingS; }
 
  private:
   /// What a force in free motion may be after all.
@@ -92,6 +112,15 @@ class BasicContactStage {
   /// tip the way it goes. Unless it is more than free motion can leave.
   bool may_be_met(const Input& now) const noexcept;
 
+  void follow_free_reading(const Input& now) noexcept;
+
+  static constexpr double kWaitingS = 2.0;
+  static constexpr double kNoiseMeanS = 0.01;  // what changes more slowly, the slope's acceleration takes
+
+  BasicReadingInMotion<Value> in_motion_;
+  bool is_zero_ = false;
+  double waiting_s_ = 0.0;
+  Value free_mean_n_{};  ///< of what a free tool reads, of late
   double force_n_ = 0.0;
   int unproven_ = 0;
   bool after_gap_ = false;

@@ -26,6 +26,8 @@ class ZeroTracker {
   /// One tick of a free tool: `error` is what the sensor read besides its zero and the tool's weight and
   /// inertia, sensor frame.
   void update(const SensorZero& error, const TickInterval& interval) noexcept;
+  /// The same where the reading is known to be the zero's, as fast as that may be taken over.
+  void take_over(const SensorZero& error, double n_per_s, const TickInterval& interval) noexcept;
   /// True where the sample came under another bias than the one before: whatever the sensor reads counts.
   bool take_bias(std::uint32_t bias_serial) noexcept;
   /// Takes over what another scene has followed.
@@ -35,10 +37,12 @@ class ZeroTracker {
   const FollowedZero& followed() const noexcept { return followed_; }
   bool is_far() const noexcept;    ///< beyond half of the bound
   bool is_spent() const noexcept;  ///< at the bound
-  /// What both mean to the guard.
-  FaultSet faults() const noexcept;
+  /// What both mean to the guard. `is_unknown`: the tool waits in motion on a reading of nothing.
+  FaultSet faults(bool is_unknown) const noexcept;
 
  private:
+  void bound() noexcept;
+
   double bound_n_;
   FollowedZero followed_{};
 };

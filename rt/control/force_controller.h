@@ -22,6 +22,15 @@ struct ControllerParameters {
 /// Kp > 0, |Kd'| < 1 and Kp + 2 Kd' < 2.
 bool gains_are_stable(const ControllerParameters& parameters, double rate_hz) noexcept;
 
+/// The slowest controller: time constant T/Kp.
+inline constexpr double kMaxControllerTimeS = 0.02;
+
+/// True where the controller settles: it is stable, its slowest pole is within 1 - T/kMaxControllerTimeS
+/// (Kp ≥ T/20 ms without Kd'), and what alternates or swings - poles that are negative or complex - fades by
+/// a quarter each sample. So a step of the desired force is followed to 5 % within 60 ms and rings for no
+/// more than ten samples.
+bool gains_settle(const ControllerParameters& parameters, double rate_hz) noexcept;
+
 /// f_c(k) = f_c(k-1) + Kp f_e(k) + Kd' (f_e(k) - f_e(k-1)), f_e = f~_d - f_c(k-1).   (3.6)
 class ForceController {
  public:

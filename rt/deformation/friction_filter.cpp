@@ -9,7 +9,7 @@ namespace hapticd::rt {
 
 namespace {
 constexpr double kMinPathMm = 1e-12;
-}
+}  // namespace
 
 void DahlFilter::begin(double variance) noexcept {
   coefficient_ = {};
@@ -19,21 +19,30 @@ void DahlFilter::begin(double variance) noexcept {
 void DahlFilter::predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
                          double blind_variance) noexcept {
   const double path_mm = slide.share * slide.path_mm;
-  // Dahl's step keeps the share `kept` of φ and of its error; the rest is μ_k, known so well.
+  // Dahl's step keeps the share `kept` of what φ lacks of μ_k, and of its error the law's own derivative; the
+  // rest is μ_k, known so well.
   const double kinetic = friction_.kinetic;
   coefficient_ = across(coefficient_, normal);
-  double kept = 1.0;
+  double kept_of_error = 1.0;
+  double by_presliding = 0.0;  // what the error of the presliding distance makes of this step
   if (path_mm > kMinPathMm) {
     const hal::Vector3 along = direction_or(slide.slide_mm, {});
-    const double to_go = kinetic > 0.0 ? 1.0 - dot(along, coefficient_) / kinetic : 1.0;
-    kept = dahl_decay_factor(std::min(std::abs(to_go), 2.0), path_mm, friction_.presliding_mm,
-                             friction_.exponent);
+    const double signed_to_go = kinetic > 0.0 ? 1.0 - dot(along, coefficient_) / kinetic : 1.0;
+    const double to_go = std::min(std::abs(signed_to_go), 2.0);
+    const double kept = dahl_decay_factor(to_go, path_mm, friction_.presliding_mm, friction_.exponent);
+    const DahlSensitivity sensitivity = dahl_sensitivity(kept, friction_.exponent);
     const hal::Vector3 sliding = along * kinetic;
-    coefficient_ = sliding + (coefficient_ - sliding) * kept;
+    const hal::Vector3 lacking = coefficient_ - sliding;
+    kept_of_error = sensitivity.to_start;
+    by_presliding = norm(lacking) * sensitivity.to_presliding *
+                    std::max(kMinPreslidingError, friction_.presliding_relative_error);
+    coefficient_ = sliding + lacking * kept;
   }
-  variance_ = kept * kept * variance_ + (1.0 - kept * kept) * level_error * level_error + blind_variance;
+  const double kept_of_variance = kept_of_error * kept_of_error;
+  variance_ = kept_of_variance * variance_ + (1.0 - kept_of_variance) * level_error * level_error +
+              by_presliding * by_presliding + blind_variance;
   variance_ = std::min(variance_, 4.0 * kinetic * kinetic);
-  covariance_ *= kept;
+  covariance_ *= kept_of_error;
 }
 
 void DahlFilter::correct(const hal::Vector3& innovation, const hal::Vector3& normal, double normal_gain,

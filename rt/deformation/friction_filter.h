@@ -24,6 +24,10 @@ struct FrictionSlide {
 /// slow motion it takes the share that is sure.
 class DahlFilter {
  public:
+  /// Relative standard deviation of the presliding distance, at least: friction does not build up over the
+  /// same distance everywhere, and of each turn the encoders miss a part of the way.
+  static constexpr double kMinPreslidingError = 0.5;
+
   explicit DahlFilter(const FrictionParameters& friction) noexcept : friction_(friction) {}
 
   /// Nothing built up, known to `variance`, all of which the normal shares.

@@ -21,6 +21,23 @@ inline double dahl_decay_factor(double to_go, double path_mm, double presliding_
   return spent < 1.0 ? std::exp(std::log1p(-spent) / rest) : 0.0;
 }
 
+/// What a step's result depends on, by its dahl_decay_factor() `kept`. With exponent i:
+///   ∂u⁺/∂u = kept^i,   ∂(u⁺/u)/∂ln δ = (kept^i - kept)/(1 - i), which is kept ln(1/kept) for i = 1.
+struct DahlSensitivity {
+  double to_start = 0.0;       ///< of what is left of the way on what was
+  double to_presliding = 0.0;  ///< of `kept` on the relative error of the presliding distance
+};
+inline DahlSensitivity dahl_sensitivity(double kept, double exponent) noexcept {
+  if (!(kept > 0.0)) return {};
+  const double rest = 1.0 - exponent;
+  const double log_kept = std::log(kept);
+  const double to_start = rest == 0.0 ? kept : std::exp(exponent * log_kept);
+  // expm1: continuous at i = 1.
+  const double to_presliding =
+      std::abs(rest) < 1e-9 ? -kept * log_kept : to_start * -std::expm1(rest * log_kept) / rest;
+  return {to_start, to_presliding};
+}
+
 /// One step of Dahl's equation (4.12) in the state z = f/f_c: exact for motion in one direction,
 ///   z⁺ = s + (z - s) u⁺/u,  s = Δx/|Δx|;  with α = 1: z⁺ = s + (z - s) exp(-|Δx|/δ).
 /// (4.14) counts the way since the last reset although it starts from the present friction; this counts the

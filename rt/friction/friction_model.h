@@ -21,6 +21,7 @@ struct FrictionParameters {
   double exponent = 1.0;  ///< of Dahl's equation (4.12), 0 … 3: 1 approaches f_c for ever, less gets there
   /// In the place of Dahl's law, for a solid tip; `kinetic` and `presliding_mm` are then theirs together.
   std::optional<MaxwellSlipParameters> maxwell_slip{};
+  double presliding_relative_error = 0.0;  ///< standard deviation over δ, as identified; 0 = not known
 };
 
 /// What the dissertation identified for a ball-bearing tip, the mean over five soft objects (D§4.4.1). A

@@ -96,7 +96,7 @@ inline constexpr auto kFaultTable = [] {
               "hapticctl turntable status names it; fix it, then hapticctl turntable clear"},
     FaultRule{kOscillation, "oscillation", "the command goes back and forth faster than a hand can, and gives energy", kCut, kAnyClient, false, true, false, 0,
               "lower the target or the gains; hold the tool more firmly"},
-    FaultRule{kSensorZeroFar, "sensor_zero_far", "the sensor's zero has drifted by half of contact.zero_bound_n since its bias", kWarn, kItself, false, false, true, 0,
+    FaultRule{kSensorZeroFar, "sensor_zero_far", "the sensor's zero has drifted by half of contact.zero_bound_n since its bias, or it reads something in 2 s of motion while a free tool is waited for", kWarn, kItself, false, false, true, 0,
               "bias the sensor when the tool is free and at rest (hapticctl sensor bias)"},
     FaultRule{kSensorZeroLost, "sensor_zero_lost", "the sensor's zero has drifted by contact.zero_bound_n since its bias", kCut, kAnyClient, false, true, true, 0,
               "bias the sensor with the tool free and at rest (hapticctl sensor bias), then clear"},
@@ -108,6 +108,8 @@ inline constexpr auto kFaultTable = [] {
               "press the pedal"},
     FaultRule{kUncleanEnd, "unclean_end", "the last run of the daemon did not end cleanly: a crash, a kill, a loss of power", kCut, kAnyClient, false, true, false, 0,
               "read in the log why it ended; hold the tool in free air, then clear"},
+    FaultRule{kSensorJumped, "sensor_jumped", "the sensor's reading jumped without a load, and the tool has not been moved in free air since", kWarn, kItself, false, false, true, 0,
+              "move the tool by some millimetres in free air; if it comes back, look who biases the sensor, and at cable and transducer"},
   };
 }();
 // clang-format on
@@ -133,7 +135,7 @@ static_assert(
       for (std::size_t i = 0; i < kFaultTable.size(); ++i) {
         if (static_cast<std::size_t>(kFaultTable[i].fault) != i + 1) return false;
       }
-      return kFaultTable.back().fault == GuardFault::kUncleanEnd;
+      return kFaultTable.back().fault == GuardFault::kSensorJumped;
     }(),
     "one line a fault, in the order of GuardFault");
 static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.action == FaultAction::kCut); }) ==

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace hapticd::rt {
@@ -64,6 +65,7 @@ void Guard::set_limits(const GuardLimits& limits) noexcept {
   limits_ = limits;
   stale_after_ns_ = in_ns(limits.sensor_stale_after_ms);
   gap_ns_ = in_ns(limits.loop_gap_ms);
+  load_.set_parameters(limits.tool);
 }
 
 inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed) noexcept {
@@ -131,6 +133,15 @@ void Guard::apply_faults(FaultSet faults) noexcept {
 Admission Guard::admit(const hal::RigSample& sample, FaultSet noticed) noexcept {
   present_ = faults_of(sample, noticed);
   const bool fit = (present_ & kUnfit) == 0;
+  if (!limits_.renders_real_object) {
+    load_.forget_zero();
+  } else if (fit) {
+    load_.update(sample, interval_s_, last_force_n_);
+    proven_share_ = load_.is_waiting() ? 0.0 : std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
+    if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
+  } else {
+    load_.interrupt();
+  }
   if (follow(sample, fit)) present_ |= set_of(GuardFault::kOscillation);
   if ((present_ & kTakesForce) != 0) [[unlikely]] {
     apply_faults(present_);
@@ -168,6 +179,18 @@ void Guard::update_authority() noexcept {
   }
 }
 
+double Guard::max_in_free_air_n() const noexcept {
+  double max_n = std::numeric_limits<double>::infinity();
+  if (!limits_.renders_real_object) return max_n;
+  if (load_.unloaded_s() > kFreeAirFromS) {
+    const double share = (kFreeAirS - load_.unloaded_s()) / (kFreeAirS - kFreeAirFromS);
+    max_n = std::max(kFreeAirN, loaded_n_ * share);
+  }
+  if (proven_share_ < 1.0) max_n = std::min(max_n, limits_.max_force_n * proven_share_);
+  if (load_.is_suspected()) max_n = std::min(max_n, std::max(kFreeAirN, rendered_n_));
+  return max_n;
+}
+
 hal::Vector3 Guard::within_bounds(hal::Vector3 force_n, double max_force_n,
                                   std::uint8_t& limited) const noexcept {
   double magnitude_n = std::sqrt(dot(force_n, force_n));
@@ -187,10 +210,18 @@ hal::Vector3 Guard::within_bounds(hal::Vector3 force_n, double max_force_n,
 }
 
 hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
-                            TickRecord& record) noexcept {
+                            TickRecord& record, const hal::Vector3& assistance_n) noexcept {
   const double max_in_pose_n = admission.sample_.max_force_n;
   std::uint8_t limited = 0;
-  if (!sane(wanted_n)) [[unlikely]] {
+  const double max_modulated_n = max_in_free_air_n();
+  const double modulated_n = std::sqrt(dot(wanted_n, wanted_n));
+  wanted_n_ = wanted_n + assistance_n;
+  if (modulated_n > max_modulated_n) {
+    constexpr double kRounding = 1.0 - 1e-12;
+    wanted_n_ = wanted_n * (kRounding * max_modulated_n / modulated_n) + assistance_n;
+    limited |= guard_limit::kFreeAir;
+  }
+  if (!sane(wanted_n_)) [[unlikely]] {
     present_ |= set_of(GuardFault::kNonFinite);
     apply_faults(set_of(GuardFault::kNonFinite));
   }
@@ -202,8 +233,12 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
     // What the arm can give in this pose: rendered weaker instead of faulted by the device.
     const bool pose_decides = max_in_pose_n > 0.0 && max_in_pose_n < max_force_n;
     if (pose_decides) max_force_n = max_in_pose_n;
+    // Not for the rate's sake either is there more in free air.
+    if (max_modulated_n < max_force_n) {
+      max_force_n = std::min(max_force_n, max_modulated_n + std::sqrt(dot(assistance_n, assistance_n)));
+    }
 
-    force = within_bounds(wanted_n * authority_, max_force_n, limited);
+    force = within_bounds(wanted_n_ * authority_, max_force_n, limited);
     const hal::Vector3 change = force - last_force_n_;
     const double max_change_n = limits_.max_force_rate_n_per_s * std::min(interval_s_, period_s_);
     if (const double squared = dot(change, change); squared > max_change_n * max_change_n) {
@@ -216,6 +251,10 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
     force = {without_traces(force.x), without_traces(force.y), without_traces(force.z)};
   }
   last_force_n_ = force;
+  const hal::Vector3 rendered = force - assistance_n;
+  const double stands_n = std::sqrt(dot(rendered, rendered));
+  rendered_n_ = std::min(stands_n, std::min(modulated_n, max_modulated_n));
+  if (load_.unloaded_s() <= kFreeAirFromS) loaded_n_ = rendered_n_;
 
   record.channels |= channel::kGuard;
   record.device_command_n = force;

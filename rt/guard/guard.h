@@ -6,6 +6,7 @@
 
 #include "hal/samples.h"
 #include "rt/guard/fault_table.h"
+#include "rt/guard/load_watch.h"
 #include "rt/guard/oscillation_monitor.h"
 #include "rt/guard/push_speed.h"
 #include "rt/record/tick_record.h"
@@ -22,6 +23,10 @@ struct GuardLimits {
   double fall_ramp_s = 0.1;  ///< authority 1 → 0 where a fault lets force fall instead of cutting it
   /// Between two ticks, by the rig's time, before the force that stood meanwhile is cut; 0 = any.
   double loop_gap_ms = 50.0;
+  /// What is rendered is a real object's, so there is force only where the sensor bears a load. Follows from
+  /// the scene's kind (resolve()); no key sets it.
+  bool renders_real_object = false;
+  LoadWatchParameters tool{};  ///< of such a scene
 };
 
 /// A sample that came in through the guard; only a guard makes one, and only with one does a force come out
@@ -52,6 +57,20 @@ class [[nodiscard]] Admission {
 /// its pose (hal::RigSample::max_force_n), tick by tick. Magnitude and power hold in every tick; the rate
 /// holds as long as it does not keep a force above one of them.
 ///
+/// Free air. A scene that modulates a real object has no more force than the load watch allows, whatever its
+/// pipeline wants:
+///
+///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force that
+///   stood,
+///                             so that nothing is cut off in a hand; it is there 20 ms after the contact.
+///   a jump is suspected       no more than kFreeAirN, or than there was before.
+///   the zero is not proven    none at once. What comes back afterwards grows over kProvenRiseS.
+///
+/// Virtual walls, guides and fixtures are forces in free air by their nature. Theirs is bounded by where the
+/// tip is: a wall acts only within its surface, on a tip that was seen outside; a guide and a fixture by
+/// their own limits (ToolGuide, ToolFixture). They pass release() as assistance or without
+/// `renders_real_object`.
+///
 /// Times are the samples': a tick that comes late counts for as long as it was late where force falls, and
 /// for kMaxRampStepS at most where it rises. A step of force is bounded as for one period at most. A time
 /// that does not advance counts as one period.
@@ -61,16 +80,25 @@ class Guard {
   static constexpr double kTraceN = 1e-12;
   /// What one tick counts at most for a ramp that lets force rise: a gap is no ramp.
   static constexpr double kMaxRampStepS = 0.01;
+  /// What may stand where the sensor bears nothing.
+  static constexpr double kFreeAirN = 0.3;
+  /// Within that time after the last load that was seen: what is seen is late by some milliseconds, and all
+  /// together takes no more than 20 ms.
+  static constexpr double kFreeAirS = 0.014;
+  static constexpr double kProvenRiseS = 0.05;
+  /// From then on the bound comes down.
+  static constexpr double kFreeAirFromS = 0.005;
 
   Guard(const GuardLimits& limits, double rate_hz) noexcept;
 
   /// Looks for faults in a sample; `noticed`: those that the pipeline saw with the sample before. Once a
   /// tick. The sample must outlive what is returned.
   Admission admit(const hal::RigSample& sample, FaultSet noticed = 0) noexcept;
-  /// The force for the device: `wanted_n` within the bounds, once for each admitted sample. `held_back`: what
-  /// the pipeline bounded itself (bits of guard_limit). Fills the record's guard group.
+  /// The force for the device: `wanted_n` of a pipeline, as far as free air allows, and `assistance_n`, both
+  /// within the bounds; once for each admitted sample. `held_back`: what the pipeline bounded itself (bits of
+  /// guard_limit). Fills the record's guard group.
   hal::Vector3 release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
-                       TickRecord& record) noexcept;
+                       TickRecord& record, const hal::Vector3& assistance_n = {}) noexcept;
 
   /// A fault that shows in no sample and is over at once, such as a stop. Reported with the next tick.
   void raise(GuardFault fault) noexcept;
@@ -80,6 +108,12 @@ class Guard {
   bool clear() noexcept;
   void set_limits(const GuardLimits& limits) noexcept;
 
+  /// Whether the scene has force only where the sensor bears a load.
+  bool watches_load() const noexcept { return limits_.renders_real_object; }
+  /// What the sensor shows of a load.
+  const LoadWatch& load() const noexcept { return load_; }
+  /// Pipeline and assistance together, as far as free air allows, before the other bounds.
+  const hal::Vector3& wanted_n() const noexcept { return wanted_n_; }
   /// What it let through last, rig frame.
   const hal::Vector3& force_n() const noexcept { return last_force_n_; }
   GuardState state() const noexcept { return state_; }
@@ -101,6 +135,8 @@ class Guard {
   /// Does what the table says about the faults of a set.
   void apply_faults(FaultSet faults) noexcept;
   void update_authority() noexcept;
+  /// What free air allows of a pipeline's force: infinite where the sensor bears a load.
+  double max_in_free_air_n() const noexcept;
   /// Within magnitude and power; adds to `limited` what was needed.
   hal::Vector3 within_bounds(hal::Vector3 force_n, double max_force_n, std::uint8_t& limited) const noexcept;
 
@@ -118,6 +154,11 @@ class Guard {
   bool falls_ = false;    ///< held back, but not cut: authority falls over a ramp
   double authority_ = 1.0;
   hal::Vector3 last_force_n_;
+  LoadWatch load_;
+  hal::Vector3 wanted_n_;
+  double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
+  double proven_share_ = 0.0;  ///< since the zero is proven
+  double loaded_n_ = 0.0;      ///< what stood of it when a load was seen last
   PushSpeed speed_;
   OscillationMonitor oscillation_;
   hal::Vector3 last_position_mm_;

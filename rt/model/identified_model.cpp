@@ -103,6 +103,16 @@ const char* kind_name(const ModelContent& content) noexcept {
   return kNames[content.index()];
 }
 
+FrictionParameters rendered_friction(const IdentifiedModel& model) {
+  FrictionParameters friction = std::get<FrictionModel>(model.content).friction;
+  for (const EstimatedParameter& p : model.parameters) {
+    if (p.name != "presliding_mm" || !(p.value > 0.0)) continue;
+    constexpr double kMostRelativeError = 10.0;
+    friction.presliding_relative_error = std::min(p.standard_error / p.value, kMostRelativeError);
+  }
+  return friction;
+}
+
 bool is_of_object(const ModelContent& content) noexcept {
   return std::holds_alternative<ContactModel>(content) || std::holds_alternative<FrictionModel>(content) ||
          std::holds_alternative<InclusionModel>(content);

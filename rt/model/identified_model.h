@@ -114,6 +114,10 @@ struct IdentifiedModel {
 /// "contact", "friction", "structural_stiffness", "tool", "threshold", "gains" or "inclusion".
 const char* kind_name(const ModelContent& content) noexcept;
 
+/// The friction of a FrictionModel as scenes render it: with the relative error of its presliding distance,
+/// as its parameters list it, at most 10.
+FrictionParameters rendered_friction(const IdentifiedModel& model);
+
 /// Whether it is of an object, and not of the rig.
 bool is_of_object(const ModelContent& content) noexcept;
 

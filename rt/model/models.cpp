@@ -99,6 +99,7 @@ std::optional<hal::Error> check(const ObjectModel& model) {
     range(part + ".presliding_mm", found->presliding_mm, 1e-3, 20.0);
     range(part + ".viscous_n_s_per_mm", found->viscous_n_s_per_mm, 0.0, 1.0);
     range(part + ".exponent", found->exponent, 0.0, 3.0);
+    range(part + ".presliding_relative_error", found->presliding_relative_error, 0.0, 10.0);
     if (!error) error = check_maxwell_slip(*found, part + ".", "model '" + model.name + "'");
   };
   friction("rod_friction", model.rod_friction);

@@ -33,6 +33,7 @@ enum class GuardFault : std::uint8_t {
   kEndpointMissing,    ///< an endpoint of the watchdog does not check in
   kPedalReleased,      ///< one reports that its pedal is released
   kUncleanEnd,         ///< the last run of the daemon did not end cleanly, and no one has cleared since
+  kSensorJumped,       ///< the sensor's reading jumped, and nothing has shown since that the tool is free
 };
 
 }  // namespace hapticd::rt

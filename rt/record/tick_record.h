@@ -57,6 +57,7 @@ inline constexpr std::uint8_t kForce = 1U << 0;  ///< magnitude was cut, or held
 inline constexpr std::uint8_t kRate = 1U << 1;   ///< change since the last tick was cut
 inline constexpr std::uint8_t kPower = 1U << 2;  ///< power into the user's hand was cut
 inline constexpr std::uint8_t kPose = 1U << 3;   ///< with kForce: the device gives less than that in its pose
+inline constexpr std::uint8_t kFreeAir = 1U << 4;  ///< the sensor bears no load, or it is not known whether
 }  // namespace guard_limit
 
 /// How a motion on which the device leads the tool stands or ended.
@@ -117,7 +118,10 @@ struct TickRecord {
   double contact_force_n = 0.0;       ///< magnitude of what the threshold is compared with
   OnsetInstant contact_onset;         ///< of the present contact, or the last
   // channel::kZero
-  SensorZero zero;  ///< subtracted from what the sensor reads, its frame
+  SensorZero zero;      ///< subtracted from what the sensor reads, its frame
+  hal::Vector3 jump_n;  ///< that part of it which jumped, or was taken over otherwise (LoadWatch)
+  std::uint32_t jump_count = 0;  ///< jumps of the reading since the daemon started
+  hal::Vector3 last_jump_n;      ///< the last of them, sensor frame
   // channel::kDeformation
   double displacement_mm = 0.0;  ///< x_r
   // channel::kTarget

@@ -43,6 +43,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
       target_(resolved.target, rig.rate_hz, resolved.max_target_change_n_per_s),
       passivity_(rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
+      end_(resolved.guard.max_force_n),
       reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                          reaction_delay_s(resolved.controller, rig.rate_hz),
                      rig.rate_hz),
@@ -83,6 +84,7 @@ void ExplorePipeline::reset() noexcept {
   if (transient_) transient_->reset();
   transient_n_ = {};
   controller_.reset();
+  end_.reset();
   reaction_lead_.reset();
   reaction_ahead_n_ = 0.0;
   back_drive_.reset();
@@ -173,10 +175,11 @@ bool ExplorePipeline::is_pulled(const Measured& now, double reaction_n) noexcept
 }
 
 void ExplorePipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
-  if (!contact_.zero_shows()) return;
-  zero_.update({load_.in_sensor_frame(contact_.residual_n() * -1.0, sample.tip_orientation),
-                sample.sensor_torque_n_mm - zero_.zero().torque_n_mm},
-               interval);
+  if (!contact_.zero_shows() && !contact_.zero_shows_in_motion()) return;
+  const SensorZero error{load_.in_sensor_frame(contact_.residual_n() * -1.0, sample.tip_orientation),
+                         sample.sensor_torque_n_mm - zero_.zero().torque_n_mm};
+  if (!contact_.zero_shows_in_motion()) return zero_.update(error, interval);
+  zero_.take_over(error, ReadingInMotion3::kTakeOverNPerS, interval);
 }
 
 void ExplorePipeline::begin_contact(const Measured& now) noexcept {
@@ -184,6 +187,7 @@ void ExplorePipeline::begin_contact(const Measured& now) noexcept {
   passivity_.begin();
   path_mm_ = 0.0;
   path_check_.begin();
+  late_.reset();
   if (regained_) return displacement_.begin_unseen(now.tip_mm, norm(now.reaction_n));
   const double below_threshold_n = contact_parameters_.release_ratio * contact_parameters_.threshold_n;
   const bool looks_back = contact_parameters_.method == ContactMethod::kMatchedInertia;
@@ -221,9 +225,9 @@ double ExplorePipeline::estimate(const Measured& now) noexcept {
 
 void ExplorePipeline::judge_contact(const Measured& now, double normal_n) noexcept {
   const double deflection_mm = norm(now.encoder_mm - now.tip_mm);
-  contact_.judge(
-      {normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2), deflection_mm},
-      now.interval);
+  contact_.judge({normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2),
+                  -dot(now.acceleration_mm_per_s2, direction_.normal()), deflection_mm},
+                 now.interval);
   if (!contact_parameters_.evidence.required || !displacement_.has_law()) return;
   const double uncertain_mm =
       ContactEvidence::kDeflectionError * deflection_mm + kSensorLateS * norm(now.velocity_mm_per_s);
@@ -253,8 +257,11 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
   const double rate = rate_mm_per_s(now);
   if (!options_.modulated) return {};
   if (in_contact) {
-    const double target_n =
+    double target_n =
         target_.update(rendered_mm_ + lead_now_s_ * rate, rate, now.tip_mm, now.interval.periods);
+    if (contact_.needs_evidence() && (share > 0.0 || late_.has_begun())) {
+      target_n -= late_.update(target_n, normal_n + reaction_ahead_n_, rate, now.interval.s);
+    }
     desired_before_n_ = options_.friction_feel == FrictionFeel::kKept
                             ? normal * (target_n - normal_n - reaction_ahead_n_)
                             : normal * (target_n - reaction_ahead_n_) - now.reaction_n;  // (4.4)
@@ -266,36 +273,19 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
   }
   if (options_.release == ReleaseMethod::kFade) return desired_before_n_ * share;
   const double receding = std::min(0.0, rate);  // what is rendered may only shrink
-  return normal * (share * target_.update(std::max(0.0, rendered_mm_ + lead_s_ * receding), receding,
-                                          now.tip_mm, now.interval.periods));
+  double target_n = target_.update(std::max(0.0, rendered_mm_ + lead_s_ * receding), receding, now.tip_mm,
+                                   now.interval.periods);
+  if (late_.has_begun()) target_n -= late_.update(target_n, 0.0, rate, now.interval.s);
+  return normal * (share * target_n);
 }
 
-hal::Vector3 ExplorePipeline::inclusion_force(const Measured& now) noexcept {
-  const double rate = rate_mm_per_s(now);
-  Indentation at{now.tip_mm, direction_.normal(), 0.0, rate};
-  const double share = authority();
-  if (share > 0.0) at.displacement_mm = std::max(0.0, rendered_mm_ + lead_now_s_ * rate);
-  // The surface point stays where it is while the displacement is taken ahead.
-  at.tip_mm = at.tip_mm + at.normal * (rendered_mm_ - at.displacement_mm);
-  return inclusions_->update(at) * share;
-}
-
-hal::Vector3 ExplorePipeline::friction_force(const Measured& now, double normal_n) noexcept {
-  if (!contact_.in_contact()) {
-    friction_->rest();
-    return {};
-  }
-  const hal::Vector3& normal = direction_.normal();
-  const double hand_normal_n = normal_n + dot(controller_.device_force_n(), normal);
-  return friction_->update({normal, direction_.friction_n(), normal_n, hand_normal_n, now.step_mm,
-                            now.velocity_mm_per_s, now.interval}) *
-         authority();
-}
-
-hal::Vector3 ExplorePipeline::transient_force(const Measured& now) noexcept {
-  return transient_->update({contact_.in_contact(),
-                             contact_.in_contact() && contact_.detector().just_declared(), authority(),
-                             rate_mm_per_s(now), direction_.normal(), now.interval});
+void ExplorePipeline::hold_within_evidence(hal::Vector3& desired_n) noexcept {
+  const double size_n = norm(desired_n);
+  const double most_n = contact_.max_force_n();
+  if (!(size_n > most_n)) return;
+  const hal::Vector3 bound_n = desired_n * (most_n / size_n);
+  late_.hold_back(dot(desired_n - bound_n, direction_.normal()) / authority());
+  desired_n = bound_n;
 }
 
 bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
@@ -310,6 +300,7 @@ bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept
 PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const Measured now = measure(sample);
   detect(sample, now);
+  if (now.interval.is_gap) late_.reset();
   const double normal_n = estimate(now);
   if (contact_.in_contact()) judge_contact(now, normal_n);
   follow_zero(sample, now.interval);
@@ -330,6 +321,7 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
                                               now.velocity_mm_per_s, now.interval.periods) *
                                 authority();
   }
+  hold_within_evidence(desired_n);
   const bool is_held = hold_within_sensor(desired_n);
   back_drive_n_ = back_drive_direction_n_ * (authority() * compensated);
   // The observer's f_d is the last tick's until the new command is applied.
@@ -338,6 +330,7 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
     transient_n_ = transient_force(now);
     command_n_ = command_n_ + transient_n_;
   }
+  command_n_ = end_.update(in_contact, command_n_, now.interval);
   fill_record(now, in_contact, normal_n, desired_n, record);
   return {command_n_, in_contact, std::abs(dot(desired_n, direction_.normal())) >= kTraceN,
           is_held ? guard_limit::kForce : std::uint8_t{0}};

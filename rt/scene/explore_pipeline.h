@@ -9,6 +9,7 @@
 #include "rt/contact/pull_watch.h"
 #include "rt/contact/zero_tracker.h"
 #include "rt/control/back_drive_compensation.h"
+#include "rt/control/command_end.h"
 #include "rt/control/hand_port_passivity.h"
 #include "rt/control/reaction_lead.h"
 #include "rt/control/three_axis_controller.h"
@@ -18,6 +19,7 @@
 #include "rt/model/models.h"
 #include "rt/modulation/contact_transient.h"
 #include "rt/modulation/friction_modulation.h"
+#include "rt/modulation/late_onset.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "rt/signal/structural_deflection.h"
@@ -41,9 +43,10 @@ class ExplorePipeline final : public Pipeline {
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
-  FaultSet faults() const noexcept override { return zero_.faults(); }
+  FaultSet faults() const noexcept override { return zero_.faults(contact_.waits_in_motion()); }
   FollowedZero zero() const noexcept override { return zero_.followed(); }
   void adopt_zero(const FollowedZero& zero) noexcept override { zero_.adopt(zero); }
+  void distrust_sensor() noexcept override { contact_.distrust(); }
   void biased_at(const hal::Quaternion& orientation) noexcept override { load_.biased_at(orientation); }
 
  private:
@@ -83,6 +86,8 @@ class ExplorePipeline final : public Pipeline {
   hal::Vector3 friction_force(const Measured& now, double normal_n) noexcept;
   /// What a contact's transient adds, on the tip.
   hal::Vector3 transient_force(const Measured& now) noexcept;
+  /// No more of the desired force than the evidence of the contact allows so far.
+  void hold_within_evidence(hal::Vector3& desired_n) noexcept;
   /// No more of the desired force into the object than the sensor bears besides the hand; true where there
   /// was more.
   bool hold_within_sensor(hal::Vector3& desired_n) const noexcept;
@@ -128,6 +133,8 @@ class ExplorePipeline final : public Pipeline {
   hal::Vector3 desired_before_n_;   ///< in the last tick of contact, for the fade
   HandPortPassivity passivity_;
   ThreeAxisController controller_;
+  LateOnset late_;
+  CommandEnd3 end_;
   ReactionLead reaction_lead_;
   double reaction_ahead_n_ = 0.0;  ///< of the normal force, beyond its present value
   BackDriveCompensation3 back_drive_;

@@ -47,6 +47,9 @@ class Pipeline {
   /// The sensor's zero as it is followed; another pipeline goes on from it.
   virtual FollowedZero zero() const noexcept { return {}; }
   virtual void adopt_zero(const FollowedZero& /*zero*/) noexcept {}
+  /// The sensor's zero is not proven (LoadWatch): no reading counts, contact begins only after the tool was
+  /// seen free again.
+  virtual void distrust_sensor() noexcept {}
   /// The sensor was biased just now, with the tool held so.
   virtual void biased_at(const hal::Quaternion& /*orientation*/) noexcept {}
 

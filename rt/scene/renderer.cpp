@@ -55,7 +55,20 @@ inline PipelineOutput Renderer::evaluate(const Admission& admission, const hal::
     pipeline_is_stale_ = false;
   }
   record.channels |= channels_;
-  return pipeline_->evaluate(sample, record);
+  const LoadWatch& load = guard_.load();
+  if (!guard_.watches_load()) return pipeline_->evaluate(sample, record);
+  // After a jump the guard waits alone: its size is known, so what the pipeline has of a contact stays true.
+  if (load.is_waiting() && !load.has_jumped()) pipeline_->distrust_sensor();
+  const hal::Vector3& jump_n = load.jump_n();
+  record.jump_n = jump_n;
+  record.jump_count = load.jump_count();
+  record.last_jump_n = load.last_jump_n();
+  if (dot(jump_n, jump_n) == 0.0) return pipeline_->evaluate(sample, record);
+  hal::RigSample without_jump = sample;
+  without_jump.sensor_force_n = sample.sensor_force_n - jump_n;
+  const PipelineOutput output = pipeline_->evaluate(without_jump, record);
+  record.zero.force_n = record.zero.force_n + jump_n;
+  return output;
 }
 
 hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& record) noexcept {
@@ -87,11 +100,11 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
       guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);
   const double interval_s = guard_.rise_interval_s();
   const hal::Vector3 assistance_n = assistance_.update(sample, !guard_.force_is_zero(), interval_s, record);
-  const hal::Vector3 wanted_n =
-      hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_) + assistance_n;
-  const hal::DeviceCommand command{guard_.release(std::move(admission), wanted_n, output.held_back, record)};
+  const hal::Vector3 wanted_n = hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_);
+  const hal::DeviceCommand command{
+      guard_.release(std::move(admission), wanted_n, output.held_back, record, assistance_n)};
   assistance_.observe(record, guard_.interval_s());
-  if (pipeline_ != nullptr) pipeline_->applied(of_pipeline(command.force_n, wanted_n, assistance_n));
+  if (pipeline_ != nullptr) pipeline_->applied(of_pipeline(command.force_n, guard_.wanted_n(), assistance_n));
   return command;
 }
 

@@ -7,6 +7,7 @@
 
 #include "rt/control/default_gains.h"
 #include "rt/scene/compose.h"
+#include "rt/scene/watched_tool.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/largest_target.h"
 
@@ -15,6 +16,7 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kMinThresholdN = 0.005;
+constexpr double kFullScaleTimeS = 0.005;  // from zero to full force; faster is a knock, not a feel
 
 /// Names what is wrong with one value of a scene.
 class Checker {
@@ -143,11 +145,11 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   }
   if (spec.guard.max_force_n == 0.0) spec.guard.max_force_n = device.max_force_n;
   if (spec.guard.max_force_rate_n_per_s == 0.0) {
-    constexpr double kFullScaleTimeS = 0.005;  // from zero to full force; faster is a knock, not a feel
     spec.guard.max_force_rate_n_per_s = spec.guard.max_force_n / kFullScaleTimeS;
   }
   if (!uses_sensor) spec.guard.sensor_stale_after_ms = 0.0;
   if (explores && spec.tool_mass_g == 0.0) spec.tool_mass_g = rig.sensor.tool_mass_g;
+  spec.guard.renders_real_object = uses_sensor && rig.renders_force;
 
   Checker check(spec);
   const hal::Vector3 axis = spec.press_axis;
@@ -160,19 +162,20 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("tool.mass_g", spec.tool_mass_g, 0.0, 500.0, "g");
   check.range("contact.threshold_n", spec.contact.threshold_n, kMinThresholdN, 5.0,
               "N (less is within the noise of a tick's mean)");
+  // Beyond these a contact that is held is ended and begun again at full force, many times a second.
   check.range("contact.lowest_stiffness_n_per_mm", spec.contact.evidence.lowest_stiffness_n_per_mm, 0.002,
-              10.0, "N/mm");
+              0.1, "N/mm (softer objects than that would be let go)");
   check.range("contact.unexplained_force_n", spec.contact.evidence.unexplained_force_n,
               2.0 * spec.contact.threshold_n, 5.0, "N (no less than twice contact.threshold_n)");
   if (spec.contact.zero_bound_n != 0.0) {
     check.range("contact.zero_bound_n", spec.contact.zero_bound_n, spec.contact.threshold_n, 1.0,
                 "N (no less than contact.threshold_n; 0: the zero is not followed)");
   }
-  check.range("contact.release_ratio", spec.contact.release_ratio, 0.0, 1.0, "(fraction of the threshold)");
-  check.range("contact.release_time_ms", spec.contact.release_time_ms, 0.1, 1000.0, "ms");
-  check.range("contact.release_clearance_mm", spec.contact.release_clearance_mm, 0.01, 50.0, "mm");
-  check.range("contact.quiet_time_ms", spec.contact.quiet_time_ms, 0.1, 10000.0, "ms");
-  check.range("contact.arming_time_ms", spec.contact.arming_time_ms, 0.1, 10000.0, "ms");
+  check.range("contact.release_ratio", spec.contact.release_ratio, 0.0, 0.8, "(fraction of the threshold)");
+  check.range("contact.release_time_ms", spec.contact.release_time_ms, 2.0, 1000.0, "ms");
+  check.range("contact.release_clearance_mm", spec.contact.release_clearance_mm, 0.1, 50.0, "mm");
+  check.range("contact.quiet_time_ms", spec.contact.quiet_time_ms, 20.0, 10000.0, "ms");
+  check.range("contact.arming_time_ms", spec.contact.arming_time_ms, 5.0, 10000.0, "ms");
   check.range("wall.position_mm", spec.wall_position_mm, -1000.0, 1000.0, "mm");
   if (spec.wall_ball) check.range("wall.ball_radius_mm", spec.wall_ball->radius_mm, 2.0, 500.0, "mm");
   if (spec.wall_map) check_map(check, spec);
@@ -223,7 +226,10 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   }
   check.range("guard.max_force_n", spec.guard.max_force_n, 0.0, device.max_force_n,
               "N (the device's own limit)");
-  check.range("guard.max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, 1.0, 1e6, "N/s");
+  constexpr double kRounding = 1.0 + 1e-9;
+  check.range("guard.max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, 1.0,
+              kRounding * device.max_force_n / kFullScaleTimeS,
+              "N/s (the device's own force within 5 ms; faster is a knock)");
   check.range("guard.max_power_w", spec.guard.max_power_w, 0.0, 100.0, "W");
   check.range("guard.resume_ramp_s", spec.guard.resume_ramp_s, 0.0, 60.0, "s");
   check.range("guard.fall_ramp_s", spec.guard.fall_ramp_s, 0.0, 1.0, "s");
@@ -235,8 +241,15 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
         "control.proportional_gain", spec.controller.proportional_gain,
         "Kp > 0, |Kd'| < 1 and Kp + 2 Kd' < 2, with Kd' = derivative_gain_ms / period_ms",
         "outside this region the controller oscillates by itself; 0.45 and 0.015 ms suit most devices");
+  } else if (!spec.seeks_ultimate_gain && !gains_settle(spec.controller, rig.rate_hz)) {
+    check.fail("control.proportional_gain", spec.controller.proportional_gain,
+               "Kp ≥ " + Checker::number(1.0 / (rig.rate_hz * kMaxControllerTimeS)) +
+                   " (a time constant of 20 ms), and poles that ring no longer than 0.75 a sample",
+               "a slower controller goes on pushing after the object was left, one with more of "
+               "derivative_gain_ms rings; 0.45 and 0.015 ms suit most devices");
   }
   if (check.error()) return *check.error();
+  spec.guard.tool = watched_tool(spec, rig);
   return spec;
 }
 

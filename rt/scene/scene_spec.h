@@ -121,6 +121,8 @@ struct SceneSpec {
   std::optional<WatchLimits> watch{};
 
   ControllerParameters controller;      ///< proportional_gain 0 = the device's own
+  /// The identification of gains looks for where they oscillate; no scene text can ask for it.
+  bool seeks_ultimate_gain = false;
   CompensationParameters compensation;  ///< kTap1d, kExplore
   GuardLimits guard;                    ///< zeros = the device's own
 };

@@ -23,6 +23,7 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       contact_(resolved.contact, resolved.tool_mass_g, rig.rate_hz),
       target_(resolved.target.stiffness_n_per_mm, rig.rate_hz, resolved.max_target_change_n_per_s),
       controller_(resolved.controller, rig.rate_hz),
+      end_(resolved.guard.max_force_n),
       reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                          reaction_delay_s(resolved.controller, rig.rate_hz),
                      rig.rate_hz),
@@ -40,7 +41,9 @@ void TapPipeline::reset() noexcept {
   motion_.reset();
   contact_.reset();
   controller_.reset();
+  end_.reset();
   fade_.reset();
+  late_.reset();
   reaction_lead_.reset();
   back_drive_.reset();
   has_depth_ = false;
@@ -87,6 +90,7 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
   input.contact_depth_mm = contact_depth_mm_;
   input.acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2());
   contact_.detect(input);
+  if (contact_.detector().just_declared() || now.interval.is_gap) late_.reset();
   if (contact_.detector().just_declared()) {
     contact_depth_mm_ = looks_back_ ? contact_.onset_mm() : now.depth_mm;
     onset_friction_n_ = back_drive_.friction_n();
@@ -95,20 +99,22 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
     const double path_mm = now.depth_mm - contact_depth_mm_;
     const double bent_mm =
         structural_n_per_mm_ > 0.0 ? controller_.device_force_n() / structural_n_per_mm_ : 0.0;
-    contact_.judge(
-        {now.reaction_n, path_mm - bent_mm, path_mm, input.acceleration_mm_per_s2, std::abs(bent_mm)},
-        now.interval);
+    contact_.judge({now.reaction_n, path_mm - bent_mm, path_mm, input.acceleration_mm_per_s2,
+                    motion_.acceleration_mm_per_s2(), std::abs(bent_mm)},
+                   now.interval);
   }
   follow_zero(sample, now.interval);
 }
 
 void TapPipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
-  if (!contact_.zero_shows()) return;
+  if (!contact_.zero_shows() && !contact_.zero_shows_in_motion()) return;
   // Along the axis what the tool's inertia leaves unexplained; across it the inertia averages out.
   const hal::Vector3 read_n = sample.sensor_force_n - zero_.zero().force_n;
   const hal::Vector3 error_n =
       read_n + axis_.device_force_n(axis_.reaction_n(read_n) - contact_.residual_n());
-  zero_.update({error_n, sample.sensor_torque_n_mm - zero_.zero().torque_n_mm}, interval);
+  const SensorZero error{error_n, sample.sensor_torque_n_mm - zero_.zero().torque_n_mm};
+  if (!contact_.zero_shows_in_motion()) return zero_.update(error, interval);
+  zero_.take_over(error, ReadingInMotion::kTakeOverNPerS, interval);
 }
 
 double TapPipeline::friction_deflection_mm(double target_n_per_mm) const noexcept {
@@ -120,11 +126,13 @@ double TapPipeline::friction_deflection_mm(double target_n_per_mm) const noexcep
 bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
   // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
   if (reach_.pull_n == reach_.push_n || !(desired.force_n > reach_.pull_n)) return false;
-  desired.force_n = reach_.pull_n;
-  if (structural_n_per_mm_ > 0.0) {
-    desired.displacement_mm = std::max(0.0, encoder_mm - reach_.pull_n / structural_n_per_mm_);
-  }
+  desired = held_at(reach_.pull_n, encoder_mm);
   return true;
+}
+
+DesiredForce TapPipeline::held_at(double force_n, double encoder_mm) const noexcept {
+  const double bent_mm = structural_n_per_mm_ > 0.0 ? force_n / structural_n_per_mm_ : 0.0;
+  return {force_n, std::max(0.0, encoder_mm - bent_mm)};
 }
 
 DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per_mm) noexcept {
@@ -139,12 +147,23 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   }
   if (!contact_.in_contact()) return {};
   const double encoder_mm = now.depth_mm - contact_depth_mm_ - friction_deflection_mm(target_n_per_mm);
-  // a (f_r - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
+  // a (f_r + δ - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
   const double share = contact_.authority();
+  if (contact_.needs_evidence() && (share > 0.0 || late_.has_begun())) {
+    const double x_mm = late_.has_begun() ? displacement_mm_ : std::max(0.0, encoder_mm);
+    reaction_n +=
+        late_.update(target_n_per_mm * x_mm, reaction_n, motion_.velocity_mm_per_s(), now.interval.s);
+  }
   DesiredForce desired = structural_n_per_mm_ > 0.0
                              ? desired_force_compensated(share * reaction_n, share * target_n_per_mm,
                                                          encoder_mm, structural_n_per_mm_)
                              : desired_force_rigid(share * reaction_n, share * target_n_per_mm, encoder_mm);
+  if (const double most_n = contact_.max_force_n(); std::abs(desired.force_n) > most_n) {
+    const double bound_n = std::copysign(most_n, desired.force_n);
+    const double bends = structural_n_per_mm_ > 0.0 ? share * target_n_per_mm / structural_n_per_mm_ : 0.0;
+    late_.hold_back((bound_n - desired.force_n) * std::max(1.0 - bends, 1.0 - kMaxCompensableRatio) / share);
+    desired = held_at(bound_n, encoder_mm);
+  }
   is_held_ = hold_within_sensor(desired, encoder_mm);
   return desired;
 }
@@ -163,7 +182,7 @@ PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& r
   if (back_drive_.is_on()) {
     back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority() * compensation_share(target);
   }
-  command_n_ = controller_.update(desired.force_n) + back_drive_n_;
+  command_n_ = end_.update(in_contact, controller_.update(desired.force_n) + back_drive_n_, now.interval);
 
   record.velocity_mm_per_s = motion_.velocity_mm_per_s();
   record.acceleration_mm_per_s2 = motion_.acceleration_mm_per_s2();

@@ -6,8 +6,10 @@
 #include "rt/contact/contact_stage.h"
 #include "rt/contact/zero_tracker.h"
 #include "rt/control/back_drive_compensation.h"
+#include "rt/control/command_end.h"
 #include "rt/control/force_controller.h"
 #include "rt/control/reaction_lead.h"
+#include "rt/modulation/late_onset.h"
 #include "rt/scene/axis.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
@@ -31,9 +33,10 @@ class TapPipeline final : public Pipeline {
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
-  FaultSet faults() const noexcept override { return zero_.faults(); }
+  FaultSet faults() const noexcept override { return zero_.faults(contact_.waits_in_motion()); }
   FollowedZero zero() const noexcept override { return zero_.followed(); }
   void adopt_zero(const FollowedZero& zero) noexcept override { zero_.adopt(zero); }
+  void distrust_sensor() noexcept override { contact_.distrust(); }
 
  private:
   /// What one tick measured along the axis.
@@ -57,6 +60,8 @@ class TapPipeline final : public Pipeline {
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
   /// True where it was held.
   bool hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept;
+  /// A desired force of `force_n`, with the displacement that goes with it.
+  DesiredForce held_at(double force_n, double encoder_mm) const noexcept;
 
   PressAxis axis_;
   double tool_mass_g_;
@@ -72,6 +77,8 @@ class TapPipeline final : public Pipeline {
   double contact_depth_mm_ = 0.0;  ///< where the present contact began
   TargetRamp target_;
   ForceController controller_;
+  LateOnset late_;
+  CommandEnd end_;
   ReleaseFade fade_;
   ReactionLead reaction_lead_;
   double displacement_lead_s_;

@@ -25,6 +25,17 @@ inline hal::Vector3 direction_or(const hal::Vector3& v, const hal::Vector3& othe
   const double length = norm(v);
   return length > 1e-12 ? v * (1.0 / length) : otherwise;
 }
+constexpr double squared(const hal::Vector3& v) noexcept {
+  return dot(v, v);
+}
+/// |v| > size.
+constexpr bool exceeds(const hal::Vector3& v, double size) noexcept {
+  return squared(v) > size * size;
+}
+/// v, no longer than `most`.
+inline hal::Vector3 within(const hal::Vector3& v, double most) noexcept {
+  return exceeds(v, most) ? v * (most / norm(v)) : v;
+}
 /// Magnitude and dead zone alike for one component and for three.
 inline double magnitude(double v) noexcept {
   return std::abs(v);

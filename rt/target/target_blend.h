@@ -22,6 +22,7 @@ class TargetBlend {
         law_(law),
         rate_hz_(rate_hz),
         max_change_n_(max_change_n_per_s / rate_hz),
+        max_damping_n_s_per_mm_(max_target_damping_n_s_per_mm(rate_hz)),
         stiffness_before_(law.stiffness_n_per_mm) {}
 
   void set(const TargetLaw& law, double ramp_s) noexcept {
@@ -36,9 +37,9 @@ class TargetBlend {
   double update(double displacement_mm, double rate_mm_per_s, const hal::Vector3& tip_mm,
                 double periods = 1.0) noexcept {
     displacement_mm_ = displacement_mm;
-    const double goal_n = law_.force_n(displacement_mm, rate_mm_per_s, tip_mm);
+    const double goal_n = law_.force_n(displacement_mm, rate_mm_per_s, tip_mm, max_damping_n_s_per_mm_);
     if (weight_ >= 1.0) return force_n_ = goal_n;
-    const double before_n = before_.force_n(displacement_mm, rate_mm_per_s, tip_mm);
+    const double before_n = before_.force_n(displacement_mm, rate_mm_per_s, tip_mm, max_damping_n_s_per_mm_);
     if (offset_due_) offset_n_ = displacement_mm > 0.0 ? force_n_ - before_n : 0.0;
     offset_due_ = false;
     const double from_n = std::max(0.0, before_n + offset_n_);
@@ -70,6 +71,7 @@ class TargetBlend {
   TargetLaw law_;
   double rate_hz_;
   double max_change_n_;      ///< in one period
+  double max_damping_n_s_per_mm_;
   double stiffness_before_;  ///< reported when the last change came
   double weight_ = 1.0;      ///< of law_
   double step_ = 1.0;

@@ -39,14 +39,19 @@ double integrated(const TargetLaw& law, double displacement_mm) noexcept {
 
 }  // namespace
 
-double TargetLaw::force_n(double displacement_mm, double rate_mm_per_s,
-                          const hal::Vector3& tip_mm) const noexcept {
+double TargetLaw::force_n(double displacement_mm, double rate_mm_per_s, const hal::Vector3& tip_mm,
+                          double max_damping_n_s_per_mm) const noexcept {
   const double x = std::max(0.0, displacement_mm);
   switch (kind) {
     case Kind::kLinear:
       return stiffness_n_per_mm * x;
     case Kind::kHuntCrossley:
-      return hunt_crossley_force_n(hunt_crossley, x, rate_mm_per_s);
+      if (!(x > 0.0)) return 0.0;
+      {
+        const double power = std::pow(x, hunt_crossley.exponent);
+        const double damping = std::min(hunt_crossley.damping_n_s_per_mm_m1 * power, max_damping_n_s_per_mm);
+        return std::max(0.0, hunt_crossley.stiffness_n_per_mm_m * power + damping * rate_mm_per_s);
+      }
     case Kind::kDisplacementProfile:
       return integrated(*this, x);
     case Kind::kPositionProfile:
@@ -72,6 +77,12 @@ double greatest_stiffness_n_per_mm(const TargetLaw& law, double max_displacement
   return greatest;
 }
 
+double damping_n_s_per_mm(const TargetLaw& law, double displacement_mm) noexcept {
+  if (law.kind != TargetLaw::Kind::kHuntCrossley || !(displacement_mm > 0.0)) return 0.0;
+  const HuntCrossleyParameters& p = law.hunt_crossley;
+  return std::min(p.damping_n_s_per_mm_m1 * std::pow(displacement_mm, p.exponent), kMaxTargetDampingNsPerMm);
+}
+
 std::optional<hal::Error> check(TargetLaw& law, const std::string& where) {
   std::optional<hal::Error> error;
   const auto range = [&](const std::string& key, double value, double low, double high,
@@ -90,8 +101,8 @@ std::optional<hal::Error> check(TargetLaw& law, const std::string& where) {
     case TargetLaw::Kind::kHuntCrossley:
       range("hunt_crossley.stiffness_n_per_mm_m", law.hunt_crossley.stiffness_n_per_mm_m, 0.0, 1000.0,
             "N/mm^m");
-      range("hunt_crossley.damping_n_s_per_mm_m1", law.hunt_crossley.damping_n_s_per_mm_m1, 0.0, 10.0,
-            "N·s/mm^(m+1)");
+      range("hunt_crossley.damping_n_s_per_mm_m1", law.hunt_crossley.damping_n_s_per_mm_m1, 0.0,
+            kMaxTargetDampingNsPerMm, "N·s/mm^(m+1) (more is not passive at the loop's rate)");
       range("hunt_crossley.exponent", law.hunt_crossley.exponent, 1.0, 3.0, "");
       break;
     case TargetLaw::Kind::kDisplacementProfile:

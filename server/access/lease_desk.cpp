@@ -131,7 +131,8 @@ std::uint64_t LeaseDesk::perform(const Due& due) const {
   return tick;
 }
 
-Outcome<LeaseDesk::Admitted> LeaseDesk::admit(const Identity& who, const std::string& token, LeaseRule rule) {
+Outcome<LeaseDesk::Admitted> LeaseDesk::admit(const Identity& who, const std::string& token, LeaseRule rule,
+                                              Holder holder) {
   Afterwards after(*this);
   const MutexLock lock(mutex_);
   expire_locked(after.due);
@@ -140,11 +141,14 @@ Outcome<LeaseDesk::Admitted> LeaseDesk::admit(const Identity& who, const std::st
     return Admitted{number_, true};
   }
   if (!token.empty()) return over(token);
+  // It does not renew the lease: a program that has died stays dead.
+  if (held_ && holder == Holder::kIdentity && held_->holder == who.name) return Admitted{number_, true};
   if (held_) return held_by_another(Clock::now());
   if (rule == LeaseRule::kRequired) {
     return Refusal{RefusalKind::kFailedPrecondition,
                    {"this command needs a lease", "lease", "", "",
-                    "acquire one (LeaseService.AcquireLease; hapticctl does it by itself)"},
+                    "acquire one: in Python with rig.lease(), in C++ with .acquires_lease, elsewhere with "
+                    "LeaseService.AcquireLease; hapticctl does it by itself"},
                    Reason::kLeaseRequired};
   }
   return Admitted{number_, false};

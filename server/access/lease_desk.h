@@ -45,8 +45,12 @@ class LeaseDesk {
     std::uint64_t number = 0;  ///< the command goes under it
     bool by_holder = false;    ///< not merely because no one holds the lease
   };
+  /// Whose command it has to be while a client holds the lease: that of the program with its token, or of any
+  /// program of the same identity.
+  enum class Holder : std::uint8_t { kProgram, kIdentity };
   /// Whether a command may be given now. Renews the lease of its holder.
-  Outcome<Admitted> admit(const Identity& who, const std::string& token, LeaseRule rule) EXCLUDES(mutex_);
+  Outcome<Admitted> admit(const Identity& who, const std::string& token, LeaseRule rule,
+                          Holder holder = Holder::kProgram) EXCLUDES(mutex_);
   /// The holder was heard of. Nothing where the token is of no lease in force.
   void note_use(const Identity& who, const std::string& token) EXCLUDES(mutex_);
 

@@ -66,6 +66,16 @@ Findings ForceWatch::findings() const {
         {kWarning, kForceSensor, "was never biased: what it reads at rest is taken for a load", kBiasRemedy});
   }
   add_zero_findings(findings);
+  if (last_.jump_count > 0) {
+    const bool waits = (last_.faults_present & rt::set_of(rt::GuardFault::kSensorJumped)) != 0;
+    findings.push_back(
+        {kWarning, kForceSensor,
+         fmt::format("its reading jumped by {:.2f} N without a load ({} jumps so far){}",
+                     norm(last_.last_jump_n), last_.jump_count,
+                     waits ? "; there is no force before the tool was moved in free air" : ""),
+         "move the tool by some millimetres in free air; look who else biases the sensor, and at its cable "
+         "and transducer"});
+  }
   if (last_.withdrawn_count > 0) {
     findings.push_back(
         {kNote, kForceSensor,
@@ -84,10 +94,19 @@ void ForceWatch::add_zero_findings(Findings& findings) const {
   const bool lost = (last_.faults_present & rt::set_of(rt::GuardFault::kSensorZeroLost)) != 0;
   const bool far = (last_.faults_present & rt::set_of(rt::GuardFault::kSensorZeroFar)) != 0;
   if (!lost && !far) return;
+  const double followed_n = norm(last_.zero.force_n - last_.jump_n);
+  if (!lost && followed_n < 0.5 * zero_bound_n_) {
+    findings.push_back({kWarning, kForceSensor,
+                        fmt::format("it reads {:.3f} N in motion while a free tool is waited for, so nothing is "
+                                    "rendered",
+                                    last_.contact_force_n),
+                        kBiasRemedy});
+    return;
+  }
   findings.push_back(
       {lost ? kProblem : kWarning, kForceSensor,
        fmt::format("its zero has moved by {:.3f} N since the bias; it is followed up to {:g} N",
-                   norm(last_.zero.force_n), zero_bound_n_),
+                   followed_n, zero_bound_n_),
        kBiasRemedy});
 }
 

@@ -72,6 +72,9 @@ constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
 constexpr int kMaxRead = 16'384;
 /// A connection without a call for so long is closed in an orderly way; the next call connects again.
 constexpr int kMaxIdleMs = 600'000;
+/// A client may ask so often whether the daemon is still there, with a call under way or without one. gRPC's
+/// own bound is five minutes: it would close the connections of clients that notice a dead network in time.
+constexpr int kMinPingIntervalMs = 5'000;
 
 /// Gives every thread that serves calls a stack for crash handlers, once, before the call is read: parsers of
 /// requests could use up a stack. Intercepts calls only to find requests that cannot be read.
@@ -314,6 +317,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   builder.SetMaxReceiveMessageSize(kMaxRequest);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kMaxIdleMs);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kMinPingIntervalMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_TCP_READ_CHUNK_SIZE, kMaxRead);
   builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kMaxRead);
   grpc::ResourceQuota quota("hapticd");

@@ -235,7 +235,8 @@ void describe(A& archive, rt::FrictionModel& model) {
       archive.complain("unknown tip '" + tip + "'", hal::ErrorCode::kUnknownWord);
     model.tip = tip == "rod" ? rt::Tip::kRod : rt::Tip::kBallBearing;
   }
-  auto& [kinetic, presliding_mm, viscous, exponent, maxwell_slip] = model.friction;
+  // How well the presliding distance is known stands in the list of parameters.
+  auto& [kinetic, presliding_mm, viscous, exponent, maxwell_slip, listed] = model.friction;
   archive("kinetic", kinetic);
   archive("presliding_mm", presliding_mm);
   archive("viscous_n_s_per_mm", viscous);

@@ -27,6 +27,7 @@ constexpr Range kKinetic{0.0, 5.0, ""};
 constexpr Range kPreslidingMm{1e-3, 20.0, "mm"};
 constexpr Range kViscous{0.0, 1.0, "N·s/mm"};
 constexpr Range kDahlExponent{0.0, 3.0, ""};
+constexpr Range kPreslidingError{0.0, 10.0, ""};
 constexpr Range kReachMm{0.0, 1e3, "mm"};
 constexpr Range kSlipStiffness{0.0, 1e4, "1/mm"};
 
@@ -87,7 +88,8 @@ void read_friction(TomlTable& root, const std::string& name, std::optional<rt::F
   section.read("kinetic", friction.kinetic, kKinetic)
       .read("presliding_mm", friction.presliding_mm, kPreslidingMm)
       .read("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, kViscous)
-      .read_optional("exponent", friction.exponent, kDahlExponent);
+      .read_optional("exponent", friction.exponent, kDahlExponent)
+      .read_optional("presliding_relative_error", friction.presliding_relative_error, kPreslidingError);
   sections.push_back(std::move(section));
   if (!table.wants("maxwell_slip")) return;
   auto& elements = friction.maxwell_slip.emplace();
@@ -174,6 +176,10 @@ std::string write_model(const rt::ObjectModel& model) {
                         toml_number(friction->kinetic), toml_number(friction->presliding_mm),
                         toml_number(friction->viscous_n_s_per_mm));
     if (friction->exponent != 1.0) text += fmt::format("exponent = {}\n", toml_number(friction->exponent));
+    if (friction->presliding_relative_error > 0.0) {
+      text +=
+          fmt::format("presliding_relative_error = {}\n", toml_number(friction->presliding_relative_error));
+    }
     if (const auto& elements = friction->maxwell_slip) {
       text += fmt::format("maxwell_slip = {{ reach_mm = {}, stiffness_per_mm = {} }}\n",
                           numbers(elements->reach_mm), numbers(elements->stiffness_per_mm));

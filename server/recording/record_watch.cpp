@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "rt/guard/fault_table.h"
 
 namespace hapticd::server {
@@ -11,8 +14,8 @@ namespace {
 using recording::Event;
 using recording::EventKind;
 
-/// Overruns come in swarms: one event a second says how many.
-constexpr std::int64_t kOverrunPauseNs = 1'000'000'000;
+/// Overruns come in swarms, and an ordinary kernel has one each few seconds: one event a minute says how many.
+constexpr std::int64_t kOverrunPauseNs = 60'000'000'000;
 
 bool is_without_force(rt::GuardState state) {
   return state == rt::GuardState::kLatched || state == rt::GuardState::kSuspended;
@@ -55,6 +58,13 @@ std::vector<WatchedEvent> RecordWatch::look(const rt::TickRecord& record) {
     events.push_back({event_at(record, EventKind::kScene,
                                fmt::format("scene number {} is in force", record.scene_generation))});
   }
+  if (record.jump_count > last_jump_count_) {
+    const hal::Vector3& jump_n = record.last_jump_n;
+    events.push_back({event_at(record, EventKind::kSensor,
+                               fmt::format("the sensor's reading jumped by {:.2f} N",
+                                           std::sqrt(dot(jump_n, jump_n))))});
+  }
+  last_jump_count_ = std::max(last_jump_count_, record.jump_count);
   look_at_guard(record, events);
   look_at_timing(record, events);
   has_last_ = true;

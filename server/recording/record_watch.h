@@ -36,6 +36,7 @@ class RecordWatch {
   rt::GuardFault last_fault_ = rt::GuardFault::kNone;
   std::uint32_t last_present_ = 0;
   std::uint32_t last_scene_ = 0;
+  std::uint32_t last_jump_count_ = 0;
   std::int64_t next_overrun_ns_ = 0;
   std::uint64_t overruns_ = 0;  ///< since the last that was reported
 };

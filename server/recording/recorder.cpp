@@ -140,7 +140,10 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
   options.start["started"] = utc_words(now_ns);
   options.start["rate_hz"] = fmt::format("{:g}", sources_.rate_hz);
   options.start["decimation"] = std::to_string(request.decimation);
-  options.check_room = [this, id = options.id] { return folder_.make_room(id); };
+  options.must_end = [this, id = options.id, is_over = request.is_over]() -> std::optional<hal::Error> {
+    if (auto why = is_over()) return why;
+    return folder_.make_room(id);
+  };
   auto run = RecordingRun::start(hub_, board_, sources_, std::move(options));
   if (!run) return cannot_record(run.error());
   const std::shared_ptr<RecordingRun> started = std::move(*run);

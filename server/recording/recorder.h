@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/lock/callback.h"
 #include "hal/lock/mutex.h"
 #include "server/recording/event_board.h"
 #include "server/recording/recording_folder.h"
@@ -22,6 +23,8 @@ struct RecordingRequest {
   std::string by;                ///< identity of the client
   std::uint32_t channels = 0;    ///< bits of rt::channel; 0 = all that the rig has
   std::uint32_t decimation = 1;  ///< 1 … 10000
+  /// Asked once a second: why the recording is over, without having been stopped; nothing while it goes on.
+  Callback<std::optional<hal::Error>()> is_over = [] { return std::nullopt; };
 };
 
 /// Recordings of the daemon: one at a time runs, those that are finished are kept in a folder. Belongs to the

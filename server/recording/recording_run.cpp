@@ -16,7 +16,7 @@ namespace hapticd::server {
 namespace {
 
 constexpr std::chrono::milliseconds kRunPoll{50};
-constexpr std::chrono::seconds kRoomTime{1};
+constexpr std::chrono::seconds kEndTime{1};
 constexpr std::chrono::seconds kAnchorTime{60};
 constexpr std::uint32_t kTakenAtOnce = 2048;
 /// Within a second, a clock that is only steered changes by half a millisecond.
@@ -87,7 +87,7 @@ RunReport RecordingRun::report() const {
 void RecordingRun::run() {
   pthread_setname_np(pthread_self(), "record");
   chunk_due_ = Clock::now() + kChunkTime;
-  room_due_ = Clock::now() + kRoomTime;
+  end_due_ = Clock::now() + kEndTime;
   anchor_due_ = Clock::now() + kAnchorTime;
   std::optional<hal::Error> error;
   MutexLock lock(mutex_);
@@ -186,10 +186,10 @@ std::optional<hal::Error> RecordingRun::write_due(Clock::time_point now) {
     if (auto error = output_.add_metadata(recording::kAnchorMetadata, texts_of(anchor_of(sources_))))
       return error;
   }
-  if (now < room_due_) return std::nullopt;
-  room_due_ = now + kRoomTime;
+  if (now < end_due_) return std::nullopt;
+  end_due_ = now + kEndTime;
   note_clock();
-  return options_.check_room();
+  return options_.must_end();
 }
 
 void RecordingRun::note_clock() {

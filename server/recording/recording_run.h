@@ -23,8 +23,8 @@ struct RunOptions {
   std::uint32_t channels = 0;    ///< bits of rt::channel
   std::uint32_t decimation = 1;  ///< every n-th tick
   recording::Texts start;        ///< kStartMetadata
-  /// Asked once a second: why the recording must end; nothing while there is room.
-  Callback<std::optional<hal::Error>()> check_room = [] { return std::nullopt; };
+  /// Asked once a second: why the recording must end; nothing while it may go on.
+  Callback<std::optional<hal::Error>()> must_end = [] { return std::nullopt; };
 };
 
 struct RunReport {
@@ -98,7 +98,7 @@ class RecordingRun {
   bool scene_changed_ = true;
   std::int64_t utc_offset_ns_ = 0;  ///< CLOCK_REALTIME against CLOCK_MONOTONIC, a second ago
   Clock::time_point chunk_due_{};
-  Clock::time_point room_due_{};
+  Clock::time_point end_due_{};
   Clock::time_point anchor_due_{};
 
   mutable Mutex mutex_;

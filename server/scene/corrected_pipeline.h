@@ -23,6 +23,7 @@ class CorrectedPipeline final : public rt::Pipeline {
   rt::FaultSet faults() const noexcept override { return stages_->faults(); }
   rt::FollowedZero zero() const noexcept override { return stages_->zero(); }
   void adopt_zero(const rt::FollowedZero& zero) noexcept override { stages_->adopt_zero(zero); }
+  void distrust_sensor() noexcept override { stages_->distrust_sensor(); }
   void biased_at(const hal::Quaternion& orientation) noexcept override;
   void set_target(const rt::TargetLaw& target, double ramp_s) noexcept override {
     stages_->set_target(target, ramp_s);

@@ -48,7 +48,7 @@ constexpr Range kCutoffHz{0.0, 5000.0, "Hz"};
 constexpr Range kLeadMs{0.0, 50.0, "ms"};
 constexpr Range kReactionLeadShare{0.0, 1.0, ""};
 constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
-constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
+constexpr Range kPowerDamping{0.0, rt::kMaxTargetDampingNsPerMm, "N·s/mm^(m+1)"};
 constexpr Range kExponent{1.0, 3.0, ""};
 constexpr std::size_t kMaxStationName = 64;
 

@@ -113,9 +113,12 @@ class Filling {
     if (tried.derivative_gain_ms == 0.0) tried.derivative_gain_ms = gains.derivative_ms;
     const std::string said = fmt::format("control.proportional_gain = {:.4g}, derivative_gain_ms = {:.4g}",
                                          tried.proportional_gain, tried.derivative_gain_ms);
-    if (!rt::gains_are_stable(tried, rig_.rate_hz)) {
-      use_.remarks.push_back(fmt::format("{} of stored model {} not used: unstable at {:g} Hz", said,
-                                         stored.short_hash(), rig_.rate_hz));
+    if (!rt::gains_settle(tried, rig_.rate_hz)) {
+      const bool is_stable = rt::gains_are_stable(tried, rig_.rate_hz);
+      use_.remarks.push_back(fmt::format("{} of stored model {} not used: {} at {:g} Hz", said,
+                                         stored.short_hash(),
+                                         is_stable ? "slower than 20 ms, or ringing," : "unstable",
+                                         rig_.rate_hz));
       return;
     }
     scene_.controller = tried;

@@ -47,4 +47,10 @@ bool fill_own_column(replay::ColumnMapping& mapping, const replay::ColumnRole& r
   return false;
 }
 
+bool is_own_recording(const std::vector<std::string>& columns) {
+  return std::ranges::any_of(kOwnColumns, [&](const OwnColumn& own) {
+    return std::ranges::find(columns, own.column) != columns.end();
+  });
+}
+
 }  // namespace hapticd::server

@@ -15,4 +15,7 @@ namespace hapticd::server {
 bool fill_own_column(replay::ColumnMapping& mapping, const replay::ColumnRole& role,
                      const std::vector<std::string>& columns);
 
+/// Whether a file has columns that only hapticd writes: its positions are those of a device's encoders.
+bool is_own_recording(const std::vector<std::string>& columns);
+
 }  // namespace hapticd::server

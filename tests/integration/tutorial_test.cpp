@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <regex>
 #include <sstream>
 #include <string>
+#include <vector>
 
+#include "tests/support/lab.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_folder.h"
@@ -37,16 +40,43 @@ TEST(Tutorials, TheFirstSceneLoadsAndIsSofterOutsideThanInside) {
   EXPECT_GT(service.press(4.0, target_above(0.4)).target_stiffness_n_per_mm(), 0.4);
 }
 
+/// A daemon that is reached plainly and with certificates; its own clients have them.
+class ReachedBothWays {
+ public:
+  ReachedBothWays() : service_(config_of(lab_)) {
+    setenv("HAPTICD_CERTIFICATES", lab_.client("anna").c_str(), 1);
+  }
+  ~ReachedBothWays() { unsetenv("HAPTICD_CERTIFICATES"); }
+  ReachedBothWays(const ReachedBothWays&) = delete;
+  ReachedBothWays& operator=(const ReachedBothWays&) = delete;
+  /// From elsewhere, commands need a lease; a connection with certificates counts as such.
+  std::vector<std::string> addresses() const {
+    return {service_.address(), "tls:127.0.0.1:" + std::to_string(service_.daemon->tls_port())};
+  }
+
+ private:
+  static server::DaemonConfig config_of(const Lab& lab) {
+    server::DaemonConfig config = quiet_config();
+    config.listen_tls = server::ListenAddress{"127.0.0.1", 0};
+    config.certificates = lab.server();
+    return config;
+  }
+  const Lab lab_;
+  const RunningService service_;
+};
+
 TEST(Tutorials, TheFirstClientFeelsBothTargets) {
-  const RunningService service;
-  ChildProcess client(FIRST_CLIENT, {service.address()});
-  ASSERT_EQ(client.wait(), 0) << client.output() << client.errors();
-  std::smatch found;
-  const std::regex lines(R"(granted 0\.30 N/mm, felt (\S+) N/mm\ngranted 0\.70 N/mm, felt (\S+) N/mm\n)");
-  const std::string output = client.output();
-  ASSERT_TRUE(std::regex_match(output, found, lines)) << output;
-  EXPECT_NEAR(std::stod(found[1]), 0.3, 0.05);
-  EXPECT_NEAR(std::stod(found[2]), 0.7, 0.1);
+  const ReachedBothWays service;
+  for (const std::string& address : service.addresses()) {
+    ChildProcess client(FIRST_CLIENT, {address});
+    ASSERT_EQ(client.wait(), 0) << address << client.output() << client.errors();
+    std::smatch found;
+    const std::regex lines(R"(granted 0\.30 N/mm, felt (\S+) N/mm\ngranted 0\.70 N/mm, felt (\S+) N/mm\n)");
+    const std::string output = client.output();
+    ASSERT_TRUE(std::regex_match(output, found, lines)) << output;
+    EXPECT_NEAR(std::stod(found[1]), 0.3, 0.05);
+    EXPECT_NEAR(std::stod(found[2]), 0.7, 0.1);
+  }
 }
 
 TEST(Tutorials, TheFirstClientPrintsOneLineWhereNothingListens) {
@@ -60,7 +90,7 @@ TEST(Tutorials, TheClientInPythonWorksWithWhatDebianHas) {
   if (import.wait() != 0) {
     GTEST_SKIP() << "no gRPC for Python here: bash deploy/install_packages.sh docs";
   }
-  const RunningService service;
+  const ReachedBothWays service;
   const TemporaryFolder folder;
   std::filesystem::current_path(folder.path());
   // The lines of the tutorial.
@@ -69,12 +99,14 @@ TEST(Tutorials, TheClientInPythonWorksWithWhatDebianHas) {
                                 "--plugin=protoc-gen-grpc=/usr/bin/grpc_python_plugin " SOURCE_FOLDER
                                 "/proto/hapticd/v1/*.proto"});
   ASSERT_EQ(generator.wait(), 0) << generator.errors();
-  ChildProcess client("/bin/bash", {"-c", "PYTHONPATH=. /usr/bin/python3 " SOURCE_FOLDER
-                                          "/client/python/examples/first_client.py " +
-                                              service.address()});
-  ASSERT_EQ(client.wait(), 0) << client.errors();
-  EXPECT_NE(client.output().find("granted 0.30 N/mm"), std::string::npos) << client.output();
-  EXPECT_NE(client.output().find(" N at "), std::string::npos) << client.output();
+  for (const std::string& address : service.addresses()) {
+    ChildProcess client("/bin/bash", {"-c", "PYTHONPATH=. /usr/bin/python3 " SOURCE_FOLDER
+                                            "/client/python/examples/first_client.py " +
+                                                address});
+    ASSERT_EQ(client.wait(), 0) << address << client.errors();
+    EXPECT_NE(client.output().find("granted 0.30 N/mm"), std::string::npos) << client.output();
+    EXPECT_NE(client.output().find(" N at "), std::string::npos) << client.output();
+  }
 }
 
 }  // namespace

@@ -5,13 +5,16 @@ from __future__ import annotations
 import csv
 import json
 import math
+import subprocess
+import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Iterator
 
 import pytest
 
 from hapticd.errors import BadFile
-from hapticd.experiment import analysis, export, protocol
+from hapticd.experiment import analysis, export, plots, protocol
 from hapticd.experiment.__main__ import main
 from memory import memory_folder
 
@@ -76,21 +79,80 @@ def test_journals_of_two_protocols_are_not_mixed(sessions: Path, memory_path: Pa
 
 def test_bids_has_all_rows_and_says_what_they_are(sessions: Path, tmp_path: Path) -> None:
     out = tmp_path / "dataset"
-    assert main(["export", str(sessions), "--out", str(out)]) == 0
-    table = (out / "sub-S01" / "beh" / "sub-S01_task-stiffness3d_events.tsv").read_text().splitlines()
+    assert main(["export", str(sessions), "--out", str(out), "--author", "A. Author", "--author", "B. Author"]) == 0
+    table = (out / "sub-S01" / "beh" / "sub-S01_task-stiffness3d_beh.tsv").read_text().splitlines()
     header = table[0].split("\t")
-    assert header[:2] == ["onset", "duration"]
     assert all(len(line.split("\t")) == len(header) for line in table)
-    sidecar = json.loads((out / "sub-S01" / "beh" / "sub-S01_task-stiffness3d_events.json").read_text())
-    assert set(header) <= set(sidecar)
+    sidecar = json.loads((out / "sub-S01" / "beh" / "sub-S01_task-stiffness3d_beh.json").read_text())
+    assert set(header) | {"TaskName"} <= set(sidecar) and all("Description" in sidecar[name] for name in header)
+    assert "onset" not in header  # without a rig there is no clock
     read = analysis.read([sessions])[0]
     rows: list[dict[str, Any]] = [dict(zip(header, line.split("\t"))) for line in table[1:]]
     answers = [event for event in read.events if event["event"] == "answer"]
     assert [row["answer"] for row in rows if row["trial_type"] == "answer"] == [event["answer"] for event in answers]
     people = (out / "participants.tsv").read_text().splitlines()
     assert people[0].startswith("participant_id") and len(people) == 4
-    assert json.loads((out / "dataset_description.json").read_text())["BIDSVersion"]
+    assert set(json.loads((out / "participants.json").read_text())) == set(people[0].split("\t")[1:])
+    assert json.loads((out / "dataset_description.json").read_text())["Authors"] == ["A. Author", "B. Author"]
     assert main(["export", str(sessions), "--out", str(out)]) == 1  # nothing is overwritten
+
+
+#: Of journals: times of the rig with a recording, without one, and with one begun again after a pause.
+TIMES = {
+    "recorded": [("recording", 100.0, None), ("presentation", 104.0, 3.0), ("answer", 105.0, None)],
+    "not_recorded": [("presentation", 104.0, 3.0), ("answer", 105.0, None)],
+    "resumed": [("recording", 100.0, None), ("answer", 105.0, None), ("recording", 20.0, None), ("answer", 21.0, None)],
+}
+
+
+@pytest.mark.parametrize("case, onsets", [("recorded", [1.0, 5.0]), ("not_recorded", [0.0, 1.0]), ("resumed", [5.0, 1.0])])
+def test_onsets_count_from_the_recording(sessions: Path, case: str, onsets: list[float]) -> None:
+    whole = analysis.read([sessions])[0]
+    answer = next(event for event in whole.events if event["event"] == "answer")
+    presented = next(event for event in whole.events if event["event"] == "presentation")
+    events = []
+    for number, (kind, time_s, duration_s) in enumerate(TIMES[case]):
+        event = {"presentation": presented, "answer": answer, "recording": {"recording": f"r{number}"}}[kind]
+        events.append({**event, "event": kind, "time_s": time_s, **({} if duration_s is None else {"duration_s": duration_s})})
+    assert [row["onset"] for row in export.rows(replace(whole, events=events))] == onsets
+
+
+@pytest.mark.parametrize("protocol_name", [name for name in SHIPPED if name.startswith("stiffness")])
+def test_the_bids_validator_finds_no_fault(protocol_name: str, tmp_path: Path, memory_path: Path) -> None:
+    command = ["simulate", protocol_name, "--no-rig", "--participants", "2", "--folder", str(memory_path)]
+    assert main(command) == 0 and main(["export", str(memory_path), "--out", str(tmp_path / "dataset"), "--author", "A", "--author", "B"]) == 0
+    script = Path(__file__).resolve().parents[2] / "deploy" / "bids_validator.sh"
+    done = subprocess.run(["bash", str(script), str(tmp_path / "dataset")], capture_output=True, text=True)
+    if done.returncode == 77:
+        pytest.skip(done.stderr)
+    issues = json.loads(done.stdout)["issues"]
+    assert not issues["errors"] and not issues["warnings"], [(one["key"], one["reason"]) for kind in issues.values() for one in kind]
+
+
+def test_the_table_has_each_participants_equality(sessions: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["analyse", str(sessions)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for one in analysis.estimates(analysis.read([sessions])):
+        wanted = f"{one.fit.pse:.3f} ({one.fit.low:.3f} … {one.fit.high:.3f})"
+        assert any(line.split()[:2] == [one.participant, one.condition] and wanted in line for line in lines)
+
+
+def test_figures_of_one_participant_are_drawn_without_a_warning(tmp_path: Path) -> None:
+    assert main(["simulate", "stiffness_1d", "--no-rig", "--participants", "1", "--folder", str(tmp_path)]) == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert main(["analyse", str(tmp_path), "--figures", str(tmp_path / "figures")]) == 0
+        plots.similarity([analysis.Rating("P1", "one", 50.0, [("a", 2.0), ("b", math.nan)])], ["one", "two"]).savefig(tmp_path / "s.svg")
+
+
+@pytest.mark.parametrize("command", [["check", "stiffness_1d", "--no-rig"], ["check", "no_such"], ["analyse", "/no/such"]])
+def test_json_is_all_that_is_said(command: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    status = main([*command, "--json"])
+    said = capsys.readouterr()
+    answer = json.loads(said.out)
+    assert ("error" in answer) == (status == 1) and not said.err
+    monkeypatch.setenv("HAPTICD_JSON", "1")  # as `hapticctl --json` has it
+    assert main(command) == status and json.loads(capsys.readouterr().out) == answer
 
 
 def test_one_table_for_other_programs(sessions: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import shutil
 import struct
@@ -14,8 +15,11 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import grpc
 import numpy as np
 import pytest
+from daemon import BINARIES
+from relay import Relay
 
 import hapticd
 import hapticd.aio
@@ -135,7 +139,9 @@ def test_no_certificate_says_where_it_looked(tmp_path: Path, monkeypatch: pytest
     assert str(tmp_path) in str(raised.value)
 
 
-def test_certificates_show_who_it_is(tmp_path: Path, start_daemon: Any) -> None:
+@pytest.fixture
+def lab(tmp_path: Path, start_daemon: Any) -> Any:
+    """A daemon that listens in all three ways: its plain, encrypted and local address, and a folder of certificates."""
     made = tmp_path / "made"
     subprocess.run(
         ["bash", ROOT / "deploy/make_certificates.sh", "--lab", "test", "--out", made]
@@ -144,14 +150,104 @@ def test_certificates_show_who_it_is(tmp_path: Path, start_daemon: Any) -> None:
         capture_output=True,
     )
     config = tmp_path / "hapticd.toml"
-    config.write_text(f'[network]\nlisten_tls = "127.0.0.1:0"\ncertificates = "{made / "servers/rig"}"\n')
-    daemon = start_daemon("--model-store", ":memory:", "--config", str(config))
+    config.write_text(
+        f'[network]\nlisten_tls = "127.0.0.1:0"\ncertificates = "{made / "servers/rig"}"\n[rig.sim]\nspeed = 5.0\n'
+    )
+    local = tmp_path / "d.sock"
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(config), "--unix", str(local))
     secured = next(line.split()[-1] for line in daemon.log.read_text().splitlines() if "certificates" in line and "listens" in line)
-    with hapticd.connect(f"tls:{secured}", certificates=str(made / "clients/anna")) as rig:
+    return {"plain": daemon.address, "tls": f"tls:{secured}", "unix": f"unix:{local}", "certificates": str(made / "clients/anna")}
+
+
+def test_certificates_show_who_it_is(lab: Any) -> None:
+    with hapticd.connect(lab["tls"], certificates=lab["certificates"]) as rig:
         assert rig.get_access().identity == "spiffe://test/hapticd/operator/anna"
         with rig.lease("with a certificate", ttl_s=TTL_S):
             time.sleep(BLOCKED_S)
             rig.load_scene("tap_1d")
+
+
+def test_a_port_that_is_spoken_to_in_the_wrong_way_is_named(lab: Any) -> None:
+    """By both clients, and with an address that works."""
+    encrypted, plain = lab["tls"].removeprefix("tls:"), lab["plain"]
+    for address, problem, remedy in [
+        (encrypted, "this port expects certificates", f"tls:{encrypted}"),
+        (f"tls:{plain}", "this port speaks without certificates", "listen_tls"),
+    ]:
+        with pytest.raises(hapticd.Unreachable) as raised:
+            hapticd.connect(address, certificates=lab["certificates"])
+        assert problem in raised.value.what and remedy in raised.value.remedy
+        with pytest.raises(hapticd.Unreachable, match=problem):
+            asyncio.run(hapticd.aio.connect(address, certificates=lab["certificates"]))
+        ended = hapticctl("--server", address, "--certificates", lab["certificates"], "status")
+        assert ended.returncode == 3 and problem in ended.stderr and remedy in ended.stderr
+
+
+def hapticctl(*arguments: str) -> Any:
+    return subprocess.run([BINARIES / "hapticctl", *arguments], capture_output=True, text=True, check=False)
+
+
+#: Each runs until it is ended, and receives nothing where nothing happens.
+WATCHERS = [
+    ["telemetry", "watch"],
+    ["telemetry", "record", "rows.csv"],
+    ["pose", "watch"],
+    ["log", "--follow"],
+    ["lease", "watch"],
+    ["lease", "hold", "--", "sleep", "100"],
+]
+DARK_LIMIT_S = 15.0
+
+
+def test_a_network_that_goes_dark_is_noticed(start_daemon: Any, tmp_path: Path) -> None:
+    """By every program that only listens: exit code 3."""
+    relay = Relay(start_daemon().address)
+    with contextlib.ExitStack() as ending:
+        ending.callback(relay.end)
+        watchers = {}
+        for words in WATCHERS:
+            log = ending.enter_context((tmp_path / "_".join(words[:2])).open("w+"))
+            watchers[" ".join(words)] = (subprocess.Popen(
+                [BINARIES / "hapticctl", "--server", relay.address, *words], cwd=tmp_path, stdout=log, stderr=subprocess.STDOUT
+            ), log)
+            ending.callback(watchers[" ".join(words)][0].kill)
+        rig = ending.enter_context(hapticd.connect(relay.address))
+        with rig.telemetry() as blocks, rig.watch_lease() as changes:
+            next(iter(blocks))
+            while not next(changes).HasField("lease"):  # of lease hold, which starts last
+                pass
+            time.sleep(1.0)  # for the last ones to connect; they would fail otherwise, in the same way
+            relay.go_dark()
+            dark_since_s = time.monotonic()
+            with pytest.raises(hapticd.Unreachable):
+                for _ in changes:
+                    pass
+            with pytest.raises(hapticd.Unreachable):
+                for _ in blocks:
+                    pass
+        for words, (process, log) in watchers.items():
+            assert process.wait(timeout=2.0 * DARK_LIMIT_S) == 3, words
+            log.seek(0)
+            assert "hapticctl: " in log.read(), words
+        assert time.monotonic() - dark_since_s < 2.0 * DARK_LIMIT_S
+
+
+def test_a_quiet_stream_of_a_client_that_asks_often_stays(start_daemon: Any) -> None:
+    """gRPC's own bound would end it with the fourth question; here each 5 s are allowed, also without a call."""
+    options = [
+        ("grpc.keepalive_time_ms", 5_100),
+        ("grpc.keepalive_timeout_ms", 5_000),
+        ("grpc.keepalive_permit_without_calls", 1),
+        ("grpc.http2.max_pings_without_data", 0),
+    ]
+    with grpc.insecure_channel(start_daemon().address, options) as channel:
+        watch = channel.unary_stream(
+            "/hapticd.v1.LeaseService/WatchLease", request_serializer=bytes, response_deserializer=bytes
+        )
+        with pytest.raises(grpc.RpcError) as raised:
+            for _ in watch(b"", timeout=27.0):
+                pass
+        assert raised.value.code() == grpc.StatusCode.DEADLINE_EXCEEDED, raised.value.details()
 
 
 def hold_the_interpreter(seconds: float) -> None:
@@ -361,10 +457,12 @@ def test_calls_of_several_threads_do_not_wait_for_one_another(rig: hapticd.Rig) 
 @pytest.mark.parametrize(
     ("example", "arguments"), [("lab_control", ["0.5"]), ("automated_rig", []), ("visual_ar", ["20"])]
 )
-def test_the_examples_run(start_daemon: Any, tmp_path: Path, example: str, arguments: list[str]) -> None:
+@pytest.mark.parametrize("way", ["plain", "tls", "unix"])
+def test_the_examples_run(lab: Any, tmp_path: Path, example: str, arguments: list[str], way: str) -> None:
     program = ROOT / "client/python/examples" / f"{example}.py"
     ended = subprocess.run(
-        [sys.executable, program, start_daemon(speed=5.0).address, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
+        [sys.executable, program, lab[way], *arguments], cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, "HAPTICD_CERTIFICATES": lab["certificates"]},
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert ended.stdout

@@ -232,7 +232,7 @@ def test_the_other_views_show_what_there_is(page: Page, daemon: Any) -> None:  #
     page.click("you have control", "header")
     page.says("take control", "#lease")
     page.view("log")
-    page.says("load scene · name: \"wall\"")
+    page.says("load scene: name \"wall\"")
     assert page.problems() == []
 
 

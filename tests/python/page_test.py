@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -19,7 +20,7 @@ import pytest
 
 import hapticd
 from hapticd import errors
-from hapticd.experiment import journal, protocol, reporting, runner, stage
+from hapticd.experiment import analysis, export, journal, protocol, reporting, runner, stage
 from hapticd.experiment.__main__ import main
 from hapticd.experiment.page_person import PagePerson
 from hapticd.experiment.page_server import PageServer
@@ -84,7 +85,7 @@ class Page:
             if not line.startswith(b"data: "):
                 continue
             state = json.loads(line[6:])
-            shown = json.dumps({key: state.get(key) for key in ("phase", "text", "interval", "seconds_left", "page")})
+            shown = json.dumps({key: state.get(key) for key in ("phase", "text", "interval", "seconds_left", "page", "fault", "clear_refused")})
             if shown == last:
                 continue
             last = shown
@@ -216,6 +217,88 @@ def test_a_page_that_is_closed_and_a_session_that_is_stopped(fast_daemon: Any, t
     assert kinds(events_of(tmp_path))[-1] == "end"
 
 
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+def test_a_session_that_was_ended_goes_on_by_one_command(start_daemon: Any, tmp_path: Path, how: signal.Signals) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(f'[rig.sim]\nspeed = 20\n[recording]\nfolder = "{tmp_path / "recordings"}"\n')
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    path = tmp_path / "short_P1.jsonl"
+    program = Program(daemon.address, "run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
+    Page(program.participant, willing)
+    await_that(lambda: path.exists() and any(event["event"] == "answer" for event in events_of(tmp_path)))
+    program.process.send_signal(how)
+    status = program.end()
+    with hapticd.connect(daemon.address) as rig:
+        if how != signal.SIGKILL:  # in order, as by Ctrl-C
+            assert status == 5
+            assert not rig.get_lease().HasField("lease") and rig.get_rig_state().recording == ""
+            assert rig.get_rig_state().guard_state != rig_pb2.GUARD_STATE_LATCHED
+        program = Program(daemon.address, "resume", str(path), "--port", "0")
+        page = Page(program.participant, willing)
+        seen: list[dict[str, Any]] = []
+        Page(program.experimenter, lambda state: seen.append(state) and None)
+        assert program.end() == 0
+        assert kinds(events_of(tmp_path))[-1] == "end" and page.phases[-1] == "done"
+        assert seen[0]["answered"] >= 1  # also those before the end
+        recordings = rig.list_recordings().recordings
+    assert len(recordings) == 2 and all(one.end_reason for one in recordings)
+    # Each row counts from the begin of the recording that it names.
+    rows = export.rows(analysis.read([path])[0])
+    assert {row["recording"] for row in rows} == {one.id for one in recordings}
+    assert all(row["onset"] is not None and row["onset"] >= 0.0 for row in rows)
+    for one in recordings:
+        assert max(row["onset"] for row in rows if row["recording"] == one.id) <= one.duration_s + 1.0
+
+
+def test_the_experimenters_page_clears_and_the_session_goes_on(fast_daemon: Any, tmp_path: Path) -> None:
+    arguments = ("run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0", "--no-record")
+    program = Program(fast_daemon.address, *arguments)
+    page = Page(program.participant, willing)
+    seen: list[dict[str, Any]] = [{}]
+    experimenter = Page(program.experimenter, lambda state: seen.append(state) and None)
+    await_that(lambda: "touch" in page.phases)
+    with hapticd.connect(fast_daemon.address) as other:
+        for times in (1, 2):  # also a second time, while the first trial is presented again
+            other.stop("test")
+            await_that(lambda: seen[-1].get("fault") == "stopped")
+            assert page.post({"do": "clear"}) == 400  # it is not for the participant
+            assert experimenter.post({"do": "clear"}) == 200
+            await_that(lambda: not seen[-1].get("fault"))
+            if times == 1:
+                count = page.phases.count("touch")
+                await_that(lambda: page.phases.count("touch") > count)
+    assert program.end() == 0
+    events = events_of(tmp_path)
+    assert kinds(events)[-1] == "end" and kinds(events).count("answer") == 2 and "discarded" in kinds(events)
+
+
+def test_a_clear_that_is_refused_is_said() -> None:
+    def refuse() -> None:
+        raise errors.Stopped("the fault is still there", where="device")
+
+    person = PagePerson(lambda why: None, on_clear=refuse)
+    person.force_is("device_fault")
+    person.clear()
+    shown = person.view("experimenter", -1, 0.0)[1]
+    assert shown["fault"] == "device_fault" and "still there" in shown["clear_refused"]
+    with pytest.raises(stage.Interrupted):
+        person.seen()
+        person.says_done()
+    person.force_is("")
+    assert not person.says_done() and not person.view("experimenter", -1, 0.0)[1]["clear_refused"]
+
+
+def test_what_cannot_begin_leaves_no_journal(fast_daemon: Any, tmp_path: Path) -> None:
+    with hapticd.connect(fast_daemon.address) as rig, PageServer(0, lambda why: None) as other:
+        port = urlsplit(other.participant_url).port
+        command = [sys.executable, "-m", "hapticd.experiment", "run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path)]
+        tries = [["--no-record", "--port", str(port)], ["--port", "0"]]  # the pages have no place; there is no folder for recordings
+        for more in tries:
+            done = subprocess.run([*command, *more], capture_output=True, text=True, env={**os.environ, "HAPTICD_SERVER": fast_daemon.address})
+            assert done.returncode == 1 and "Traceback" not in done.stderr, done.stderr
+        assert not list(tmp_path.glob("*.jsonl")) and not rig.get_lease().HasField("lease")
+
+
 @pytest.mark.parametrize("error, ends", [(errors.Unreachable, True), (errors.Refused, False)])
 def test_a_lost_daemon_ends_the_session_and_one_that_refuses_does_not(monkeypatch: pytest.MonkeyPatch, error: Any, ends: bool) -> None:
     monkeypatch.setattr(reporting, "LOST_AFTER_S", 0.2)
@@ -227,6 +310,9 @@ def test_a_lost_daemon_ends_the_session_and_one_that_refuses_does_not(monkeypatc
 
         def report_experiment(self, **_: Any) -> None:
             self.reports += 1
+            raise error("gone")
+
+        def get_rig_state(self) -> None:
             raise error("gone")
 
     daemon: Any = Daemon()

@@ -13,7 +13,8 @@ import pytest
 import hapticd
 from daemon import BINARIES
 from hapticd.errors import BadFile, Refused
-from hapticd.experiment import protocol, runner
+from hapticd.experiment import journal, protocol, runner, simulation
+from hapticd.experiment.__main__ import main
 from hapticd.experiment.hands import SimulatedHand
 from hapticd.experiment.observer import Observer
 from hapticd.experiment.rig_stage import RigStage
@@ -86,6 +87,110 @@ def test_what_cannot_be_run_is_said_before(start_daemon: Any, tmp_path: Path) ->
                 stage.check(protocol.of(changed, "test"))
         with pytest.raises(hapticd.HapticdError, match="no_such_scene"):
             stage.check(protocol.of(unknown, "test"))
+
+
+def written(tmp_path: Path, *changes: tuple[str, str]) -> Path:
+    text = CONFIGURATION
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(text)
+    return configuration
+
+
+def press_steadily(rig: hapticd.Rig) -> None:
+    rig.set_object("sponge_block")
+    rig.set_hand_program({"kind": "press", "force_n": 2.0, "force_rate_n_per_s": 6.0, "hold_s": 3600.0, "repetitions": 1})
+    while abs(rig.read(0.1, ["sample"])["sample_sensor_force_z_n"][-1]) < 1.0:
+        pass
+
+
+@pytest.mark.parametrize(
+    "changes, presses, stops, words",
+    [
+        ([("homed = true", "homed = false")], False, False, ["turntable", "turntable home"]),
+        ([], True, False, ["under load"]),
+        ([], False, True, ["guard", "stopped", "hapticctl clear"]),
+        ([("object = \"rubber_ball\"", "object = \"rubber_ball\"\n[rig.turntable.stations.other]\nangle_deg = 12"),
+          ("stations.ball]", "stations.bal]")], False, False, ["no such station", "--write-rig"]),
+    ],
+    ids=["not_homed", "load", "latched", "no_station"],
+)  # fmt: skip
+def test_what_would_end_a_session_is_found_before(
+    start_daemon: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+    changes: list[tuple[str, str]], presses: bool, stops: bool, words: list[str],
+) -> None:  # fmt: skip
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(written(tmp_path, *changes)))
+    monkeypatch.setenv("HAPTICD_SERVER", daemon.address)
+    with hapticd.connect(daemon.address) as rig:
+        if presses:
+            press_steadily(rig)
+        if stops:
+            rig.stop("test")
+        assert main(["check", "stiffness_1d"]) == 1
+        said = capsys.readouterr().err
+        assert all(word in said for word in words), said
+        for command in (["simulate", "--participants", "1"], ["run", "--participant", "P1", "--no-record", "--port", "0"]):
+            if command[0] == "run" and stops:
+                continue  # the experimenter's page clears it
+            assert main([command[0], "stiffness_1d", "--folder", str(tmp_path / "sessions"), *command[1:]]) in (1, 5)
+        assert not list(tmp_path.glob("sessions/*.jsonl")) and not rig.get_lease().HasField("lease")
+
+
+def test_a_session_waits_until_the_tool_is_let_go(start_daemon: Any, tmp_path: Path) -> None:
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(written(tmp_path)))
+    waits: list[str] = []
+    with hapticd.connect(daemon.address) as rig:
+
+        class Presses(SimulatedHand):
+            """Lets go when it is asked to."""
+
+            def follow(self, rig: hapticd.Rig) -> None:
+                if waits:
+                    super().follow(rig)
+
+        def waited(text: str) -> None:
+            waits.append(text)
+            rig.set_hand_program({"kind": "rest"})
+
+        press_steadily(rig)
+        with RigStage(rig, Presses(1, "S1"), on_wait=waited) as stage:
+            stage.check(protocol.read("stiffness_1d"))
+            presentation = stage.present(Trial("ball_03", 0, 0, 0, 0.3, ("reference", "comparison")), "reference")
+            assert presentation.record["contacts"] >= 1 and "load" in waits[0] and waits[-1] == ""
+
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "experiments.md"
+
+
+def test_the_protocol_of_the_page_runs_as_it_is_printed(start_daemon: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    printed = re.findall(r"## A protocol file\n\n```toml\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (tmp_path / "pilot.toml").write_text(printed[0].replace("trials = 40", "trials = 3"))
+    monkeypatch.setattr(simulation, "HANDS", 2)
+    file, rig_file = str(tmp_path / "pilot.toml"), tmp_path / "rig.toml"
+    assert main(["check", file, "--write-rig", str(rig_file)]) == 0
+    rig_file.write_text(rig_file.read_text().replace("speed = 25", "speed = 10"))  # for a machine that does much else
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(rig_file))
+    monkeypatch.setenv("HAPTICD_SERVER", daemon.address)
+    assert main(["check", file]) == 0
+    assert "()" not in capsys.readouterr().out
+    assert main(["simulate", file, "--participants", "2", "--folder", str(tmp_path / "pilot")]) == 0
+    journals = sorted((tmp_path / "pilot").glob("*.jsonl"))
+    events = [journal.read(path) for path in journals]
+    assert len(events) == 2 and all(one[-1]["event"] == "end" for one in events)
+    assert events[0][0]["rendered_n_per_mm"]["ball"] > 0.5  # what the rig has, where the protocol says nothing
+    # Measured twice, and used by both participants.
+    felt = [{event.get("felt_n_per_mm") for event in one if event["event"] == "presentation" and event["role"] == "reference"} for one in events]
+    assert len(felt[0] | felt[1]) <= simulation.HANDS
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in protocol.SHIPPED.glob("*.toml")))
+def test_the_shipped_rig_has_the_stations_of_a_protocol(start_daemon: Any, tmp_path: Path, name: str) -> None:
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(protocol.simulated_rig(name)))
+    with hapticd.connect(daemon.address) as rig:
+        there = {station.name for station in rig.get_turntable().stations}
+    assert {station for one in protocol.read(name).stimuli for station in one.all_stations} <= there
 
 
 class Killer(SimulatedHand):

@@ -1,4 +1,5 @@
-"""What others wrote reaches no terminal and no log raw: neither from a daemon that is none, nor from other clients."""
+"""What a terminal gets: nothing raw of what others wrote, neither from a daemon that is none nor from other clients; and answers
+to what is typed, in words of the command line."""
 
 from __future__ import annotations
 
@@ -314,4 +315,68 @@ def test_the_python_command_line_prints_no_cursor_movement(false_daemon: FalseDa
         false_daemon.refuses = refuses
         environment = {**os.environ, "HAPTICD_SERVER": false_daemon.address}
         output = output_of([sys.executable, "-m", "hapticd.experiment", "check", "stiffness_1d"], 20, env=environment)
-        assert "stiffness" in output.lower() and not obeyed(output), output
+        assert ("`touch forged`" if refuses else "stiffness") in output.lower() and not obeyed(output), output
+
+
+def own_recordings(folder: Path) -> Path:
+    configuration = folder / "recordings.toml"
+    configuration.write_text(f'[recording]\nfolder = "{folder / "recordings"}"\n')
+    return configuration
+
+
+#: What is typed, the exit code, and what is said.
+TYPED = [
+    ("traget set 3", 2, ["no such command", "did you mean 'target'?"]),
+    ("--json sim hand pres", 2, ['"what": "there is no such command"', "did you mean 'press'?"]),
+    ("target set abc", 2, ["hapticctl: usage:", "abc", "hapticctl target set --help"]),
+    ("target set 0.3", 1, ["no scene is loaded", "hapticctl scene load NAME"]),
+    ("scene show tap_1d", 0, ["name", "tap_1d"]),
+    ("record delete last", 2, ["there is none yet"]),
+    ("record start some/name", 0, ["some_name", "'some/name' cannot be a part"]),
+    ("record stop", 0, []),
+    ("record delete last", 0, ["deleted", "some_name"]),
+    ("sim object none", 0, []),
+    ("scene load tap_1d", 0, []),
+    ("sim hand follow", 0, []),
+    ("guide contact --within 3", 2, ["no contact within the way", "--within"]),
+    ("status", 0, []),
+]
+
+
+def test_what_is_typed_is_answered_in_words_of_the_command_line(start_daemon: Callable[..., Any], tmp_path: Path) -> None:
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(own_recordings(tmp_path)))
+    for line, code, told in TYPED:
+        ended = subprocess.run(
+            [BINARIES / "hapticctl", "--server", daemon.address, *line.split()], capture_output=True, text=True, check=False
+        )
+        said = ended.stdout + ended.stderr
+        assert ended.returncode == code, f"{line}: {said}"
+        for text in told:
+            assert text in said, f"{line}: {said}"
+
+
+@pytest.mark.parametrize("command", ["--json status", "status", "scene list", "--help", "completion bash"])
+def test_an_output_that_is_lost_is_no_success(start_daemon: Callable[..., Any], command: str) -> None:
+    daemon = start_daemon()
+    with open("/dev/full", "w") as full:
+        ended = subprocess.run(
+            [BINARIES / "hapticctl", "--server", daemon.address, *command.split()], stdout=full, stderr=subprocess.PIPE, check=False
+        )
+    assert ended.returncode == 2 and b"could not be written" in ended.stderr
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as closed:  # as where a shell has SIGPIPE ignored
+        ended = subprocess.run(
+            [BINARIES / "hapticctl", "--server", daemon.address, *command.split()],
+            stdout=closed, stderr=subprocess.PIPE, check=False, restore_signals=False,
+        )
+    assert ended.returncode == 2 and b"could not be written" in ended.stderr
+
+
+def test_events_and_the_log_have_names_as_they_were_written(start_daemon: Callable[..., Any], tmp_path: Path) -> None:
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(own_recordings(tmp_path)))
+    for note in ("Prüfung", "힘 측정"):
+        for line in (["record", "start", "x", "--note", note], ["record", "stop"]):
+            subprocess.run([BINARIES / "hapticctl", "--server", daemon.address, *line], check=True, capture_output=True)
+    log = subprocess.run([BINARIES / "hapticctl", "--server", daemon.address, "log"], check=True, capture_output=True, text=True)
+    assert "Prüfung" in log.stdout and "힘 측정" in log.stdout and "\\3" not in log.stdout

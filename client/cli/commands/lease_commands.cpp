@@ -3,9 +3,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,11 +83,71 @@ std::vector<char*> words_of(HoldOptions& options) {
   return words;
 }
 
-/// Runs a program under the lease, and reports on standard error when the lease is about to be taken, or is
-/// over.
+/// What is known of the lease while a program runs under it.
+class HeldLease {
+ public:
+  HeldLease(client::Client& client, std::uint64_t number)
+      : client_(client), number_(number), changes_(client.watch_lease()) {}
+
+  /// Waits a moment; reports on standard error when the lease is about to be taken, or is over.
+  void look() {
+    if (lost_) {
+      usleep(50'000);
+      return;
+    }
+    if (heard(std::chrono::milliseconds(50)) || client_.holds_lease()) return;
+    // What the daemon says about it may be on its way.
+    if (heard(std::chrono::seconds(1))) return;
+    lose(ExitCode::kUnreachable, client_.address() + " did not answer for the lease's time to live");
+  }
+
+  /// Why it is over.
+  std::optional<ExitCode> lost() const { return lost_; }
+
+ private:
+  /// Whether the daemon said something, or is lost.
+  bool heard(std::chrono::milliseconds wait) {
+    v1::LeaseState state;
+    try {
+      const auto event = changes_.next(state, wait);
+      if (event == client::LeaseStream::Event::kNothing) return false;
+      if (event == client::LeaseStream::Event::kEnded) {
+        lose(ExitCode::kUnreachable, "the daemon ended");
+      } else {
+        note(state);
+      }
+    } catch (const client::Error& error) {
+      lose(ExitCode::kUnreachable, error.what());
+    }
+    return true;
+  }
+  void lose(ExitCode code, const std::string& why) {
+    lost_ = code;
+    print_error_line("hapticctl: the lease is over: {}", why);
+  }
+  void note(const v1::LeaseState& state) {
+    if (state.number() != number_) {
+      lose(ExitCode::kRefused, fmt::format("{} by {}{}", word(state.change()), state.changed_by(),
+                                           state.reason().empty() ? "" : ": " + state.reason()));
+    } else if (!state.taker().empty()) {
+      print_error_line("hapticctl: {} takes the lease in {:.1f} s: {}", state.taker(), state.taken_in_s(),
+                       state.take_reason());
+    }
+  }
+
+  client::Client& client_;
+  const std::uint64_t number_;
+  client::LeaseStream changes_;
+  std::optional<ExitCode> lost_;
+};
+
+/// Runs a program under the lease. Where the daemon is lost the program is asked to end (SIGTERM), as it
+/// could only wait for answers; a shell goes on. Where another client has the lease, the program hears it
+/// itself.
 int run_under(client::Client& client, std::uint64_t number, HoldOptions& options) {
+  const bool is_shell = options.command.empty();
   const std::vector<char*> words = words_of(options);
-  client::LeaseStream changes = client.watch_lease();
+  HeldLease lease(client, number);
   const pid_t child = fork();
   if (child == 0) {
     execvp(words.front(), words.data());
@@ -93,27 +156,18 @@ int run_under(client::Client& client, std::uint64_t number, HoldOptions& options
   }
   if (child < 0) throw LocalError(std::string("no program can be started: ") + std::strerror(errno));
   int status = 0;
-  bool reported = false;
-  bool watches = true;
+  bool asked_to_end = is_shell;
   while (waitpid(child, &status, WNOHANG) == 0) {
-    v1::LeaseState state;
-    if (!watches) {
-      usleep(50'000);
-      continue;
-    }
-    const auto event = changes.next(state, std::chrono::milliseconds(50));
-    if (event == client::LeaseStream::Event::kEnded) watches = false;
-    if (event != client::LeaseStream::Event::kMessage || reported) continue;
-    if (state.number() != number) {
-      print_error_line("hapticctl: the lease is over: {} by {}{}", word(state.change()), state.changed_by(),
-                       state.reason().empty() ? "" : ": " + state.reason());
-      reported = true;
-    } else if (!state.taker().empty()) {
-      print_error_line("hapticctl: {} takes the lease in {:.1f} s: {}", state.taker(), state.taken_in_s(),
-                       state.take_reason());
-    }
+    lease.look();
+    if (asked_to_end || lease.lost() != ExitCode::kUnreachable) continue;
+    print_error_line("hapticctl: {} is asked to end: it has no lease any more", words.front());
+    kill(child, SIGTERM);
+    asked_to_end = true;
   }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  const bool was_ended = lease.lost() == ExitCode::kUnreachable && !is_shell;
+  // A 0 would say that all of it ran under the lease.
+  return lease.lost() && (code == 0 || was_ended) ? static_cast<int>(*lease.lost()) : code;
 }
 
 void hold(Session& session, HoldOptions& options) {
@@ -152,7 +206,10 @@ void add_lease_commands(CLI::App& app, Session& session) {
       "Examples:\n"
       "  hapticctl lease hold                                  a shell: its commands control the rig\n"
       "  hapticctl lease hold --purpose \"subject 7\" -- ./experiment.sh\n"
-      "  hapticctl lease hold --take \"needed for the demo\"     from its holder, who is informed first");
+      "  hapticctl lease hold --take \"needed for the demo\"     from its holder, who is informed first\n\n"
+      "The exit code is the program's; where it is 0 and the lease was lost meanwhile: 1 by another client, "
+      "3 with "
+      "the daemon.\nWith the daemon lost, the program is asked to end (SIGTERM), a shell is not.");
   holding->add_option("--purpose", options->purpose, "What for; others see it");
   holding->add_option("--take", options->take, "Take it from its holder, for this reason");
   holding->add_option("--ttl", options->ttl_s, "Seconds until it expires if this program is stopped or lost")

@@ -75,6 +75,7 @@ void add_sensor(CLI::App& app, Session& session) {
     const v1::SensorBias taken = session.connect().bias_force_sensor(*tool_is_free);
     if (session.json) return print_json(to_json(taken));
     print_line("the present load counts as zero, until the next bias or until the sensor loses it");
+    print_line("move the tool by some millimetres in free air: until then there is no force");
   });
 }
 
@@ -92,6 +93,10 @@ void add_device(CLI::App& app, Session& session) {
   });
 }
 
+std::string clearing_words(v1::FaultClearing clearing) {
+  return clearing == v1::FAULT_CLEARING_ANY_CLIENT ? "an operator: clear" : spaced(word(clearing));
+}
+
 void add_faults(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("faults", "What each fault does to the force, and who ends it");
   command->footer("Example:\n  hapticctl faults");
@@ -107,7 +112,7 @@ void add_faults(CLI::App& app, Session& session) {
       const bool now =
           std::find(present.begin(), present.end(), static_cast<int>(rule.fault())) != present.end();
       table.add({now ? terminal.paint(Color::kRed, "*") : "", word(rule.fault()), spaced(word(rule.action())),
-                 spaced(word(rule.clearing())), rule.cause()});
+                 clearing_words(rule.clearing()), rule.cause()});
     }
     table.print(terminal);
   });

@@ -121,6 +121,16 @@ void add_scene_command(CLI::App& app, Session& session) {
         print_line("no scene, zero force from tick {}", answer.effective_tick());
       });
 
+  CLI::App* show =
+      scene->add_subcommand("show", "The text of a scene with every default, to begin one's own");
+  show->footer("Example:\n  hapticctl scene show tap_1d > mine.toml");
+  add_argument(show);
+  show->callback([&session, argument, model] {
+    const auto outline = session.connect().explain_scene(source_of(*argument, *model));
+    if (session.json) return print_json({{"toml", outline.resolved_toml()}});
+    print_text(outline.resolved_toml());
+  });
+
   CLI::App* explain =
       scene->add_subcommand("explain", "What a scene is made of and what it costs, without loading it");
   explain->footer(

@@ -70,8 +70,8 @@ void record(const RecordOptions& options, Session& session) {
   recording.finish(result.account);
   if (live) write_frame("\r");
 
-  const bool cut_short = result.end == StreamEnd::kSilent || result.account.samples() == 0;
-  if (cut_short || !result.account.complete()) session.exit_code = ExitCode::kGaps;
+  if (result.account.samples() == 0 || !result.account.complete()) session.exit_code = ExitCode::kGaps;
+  if (result.end == StreamEnd::kSilent) session.exit_code = ExitCode::kUnreachable;
   if (session.json) {
     Json document{{"file", options.path}, {"end", end_word(result.end)}};
     document.update(account_json(result.account));

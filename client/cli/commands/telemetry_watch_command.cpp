@@ -56,8 +56,11 @@ void watch(const WatchOptions& options, Session& session) {
       follow(stream, options.stream.decimation, {.seconds = options.stream.seconds}, on_sample, on_idle);
   if (live) screen.show(view.frame(stream.account(), Terminal::detect()), Terminal::detect());
   screen.keep();
-  if (result.end == StreamEnd::kSilent) print_error_line("hapticctl: the daemon sent nothing for 5 s");
   if (!result.account.complete()) session.exit_code = ExitCode::kGaps;
+  if (result.end == StreamEnd::kSilent) {
+    print_error_line("hapticctl: the daemon sent nothing for 5 s");
+    session.exit_code = ExitCode::kUnreachable;
+  }
   if (!session.json) print_line(account_text(result.account));
 }
 

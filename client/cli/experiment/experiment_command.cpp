@@ -18,38 +18,47 @@ namespace fs = std::filesystem;
 /// Debian's, for which the package is made.
 constexpr const char* kPython = "/usr/bin/python3";
 
+constexpr const char* kRemedy =
+    "install it: package python3-hapticd (deploy/package.sh makes it), a wheel, or cmake --install of a "
+    "build with "
+    "python3-protobuf; see docs/tutorial_python.md";
+
 constexpr const char* kProgram =
     "import importlib.util, sys\n"
+    "remedy = sys.argv.pop(1)\n"
     "if importlib.util.find_spec('hapticd') is None:\n"
-    "    print('hapticctl: the Python package hapticd is not installed; apt install python3-hapticd', "
-    "file=sys.stderr)\n"
+    "    print('hapticctl: the Python package hapticd is not installed; ' + remedy, file=sys.stderr)\n"
     "    sys.exit(2)\n"
     "from hapticd.experiment.__main__ import main\n"
     "sys.exit(main())\n";
 
-/// In a folder of a build the package is next to the programs.
-void find_package_of_build() {
+/// Next to the programs in the folder of a build; where cmake --install puts it under a prefix.
+void find_own_package() {
   std::error_code failure;
-  const fs::path self = fs::read_symlink("/proc/self/exe", failure);
-  const fs::path package = self.parent_path().parent_path() / "python";
-  if (failure || !fs::exists(package / "hapticd" / "__init__.py", failure)) return;
-  const char* more = std::getenv("PYTHONPATH");
-  setenv("PYTHONPATH", (package.string() + (more ? std::string(":") + more : "")).c_str(), 1);
+  const fs::path above = fs::read_symlink("/proc/self/exe", failure).parent_path().parent_path();
+  if (failure) return;
+  for (const fs::path& package : {above / "python", above / "lib/python3/dist-packages"}) {
+    if (!fs::exists(package / "hapticd" / "__init__.py", failure)) continue;
+    const char* more = std::getenv("PYTHONPATH");
+    setenv("PYTHONPATH", (package.string() + (more ? std::string(":") + more : "")).c_str(), 1);
+    return;
+  }
 }
 
 /// Hands over to the Python package, whose exit code is that of the command.
 [[noreturn]] void hand_over(const Session& session, const std::string& command,
                             const std::vector<std::string>& arguments) {
-  find_package_of_build();
+  find_own_package();
   setenv("HAPTICD_SERVER", session.server.c_str(), 1);
+  if (session.json) setenv("HAPTICD_JSON", "1", 1);
   if (!session.certificates.empty()) setenv("HAPTICD_CERTIFICATES", session.certificates.c_str(), 1);
-  std::vector<std::string> words{kPython, "-c", kProgram, command};
+  std::vector<std::string> words{kPython, "-c", kProgram, kRemedy, command};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   execv(kPython, pointers.data());
-  throw LocalError("it cannot be started", kPython, std::strerror(errno), "", "apt install python3-hapticd");
+  throw LocalError("it cannot be started", kPython, std::strerror(errno), "", "apt install python3");
 }
 
 }  // namespace
@@ -77,7 +86,7 @@ void add_experiment_command(CLI::App& app, Session& session) {
   add("analyse", "Estimates and figures of a folder of sessions", "sessions --figures figures");
   add("export", "A folder of sessions as BIDS or CSV", "sessions --out dataset");
   experiment->footer(
-      "Each has its own --help. They need the Python package (python3-hapticd).\n\n"
+      "Each has its own --help. They need the Python package hapticd.\n\n"
       "Examples:\n"
       "  hapticctl experiment check stiffness_1d\n"
       "  hapticctl experiment simulate stiffness_1d --participants 8 --folder pilot\n"

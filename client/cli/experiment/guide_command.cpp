@@ -45,6 +45,11 @@ void follow(Session& session, const v1::MoveToolRequest& request) {
   }
   screen.keep();
   if (!session.json && !live) print_line(line_of(status));
+  if (request.until_contact_mm() > 0.0 && status.state() == v1::GUIDE_STATE_ARRIVED) {
+    throw LocalError("no contact within the way", "guide contact", "",
+                     fmt::format("an object within {:g} mm along the press axis", request.until_contact_mm()),
+                     "place the object under the tool, or go further: --within MM");
+  }
 }
 
 void add_limits(CLI::App& command, const std::shared_ptr<v1::MoveToolRequest>& request) {
@@ -79,7 +84,7 @@ void add_guide_command(CLI::App& app, Session& session) {
   constexpr const char* kEnds =
       "Ctrl-C ends the motion; so does the loss of the client. Exit codes: 0 arrived, or met an object; 5 "
       "ended by "
-      "Ctrl-C;\n1 held back, timed out, or refused.\n\n";
+      "Ctrl-C;\n1 held back, timed out, or refused; guide contact: 2 nothing was touched.\n\n";
   CLI::App* guide = app.add_subcommand("guide", "The device leads the tool, slowly");
   guide->require_subcommand(1);
   guide->footer(

@@ -43,6 +43,8 @@ void add_start_command(CLI::App& record, Session& session) {
     const v1::RecordingFile file = session.connect().start_recording(request);
     if (session.json) return print_json(to_json(file));
     print_line("recording {}; hapticctl record stop ends it", file.id());
+    if (!options->name.empty() && !file.id().ends_with("_" + options->name))
+      print_error_line("hapticctl: '{}' cannot be a part of a file's name as it is", options->name);
   });
 }
 

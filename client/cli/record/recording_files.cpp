@@ -123,12 +123,13 @@ void add_delete_command(CLI::App& parent, Session& session, v1::RecordingKind ki
   const auto options = std::make_shared<ExportOptions>();
   CLI::App* command = parent.add_subcommand("delete", "Deletes a " + name + " for good");
   command->footer("Example:\n  hapticctl " + command_of(kind) + " delete 00012_20261124T005200Z_press");
-  command->add_option("ID", options->id, "As `list` shows it")->required();
+  command->add_option("ID", options->id, kIdHelp)->required();
   command->callback([&session, options, kind] {
+    client::Client client = session.connect();
     v1::DeleteRecordingRequest request;
-    request.set_id(options->id);
+    request.set_id(file_id(client, options->id, kind));
     request.set_kind(kind);
-    const v1::RecordingFile file = session.connect().delete_recording(request);
+    const v1::RecordingFile file = client.delete_recording(request);
     if (session.json) return print_json(to_json(file));
     print_line("deleted {}", recording_line(file));
   });

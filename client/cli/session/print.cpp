@@ -1,6 +1,8 @@
 #include "client/cli/session/print.h"
 
+#include <cerrno>
 #include <cstdio>
+#include <iostream>
 
 #include "client/cli/session/terminal.h"
 #include "proto/text/utf8_text.h"
@@ -36,6 +38,12 @@ void print_text(std::string_view text) {
 void write_frame(std::string_view frame) {
   std::fwrite(frame.data(), 1, frame.size(), stdout);
   std::fflush(stdout);
+}
+
+bool all_was_printed() {
+  errno = 0;
+  std::cout.flush();
+  return std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
 }
 
 }  // namespace hapticd::cli

@@ -36,4 +36,8 @@ void print_text(std::string_view text);
 /// A part of a live screen: its lines are for_terminal() already, the rest moves the cursor.
 void write_frame(std::string_view frame);
 
+/// Whether all that was printed has reached its file or pipe: an empty document of a full disk is no success.
+/// errno says why it has not.
+bool all_was_printed();
+
 }  // namespace hapticd::cli

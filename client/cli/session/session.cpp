@@ -5,7 +5,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <string_view>
 
 #include "client/cli/session/print.h"
 
@@ -23,47 +22,12 @@ v1::ErrorDetail make_detail(const std::string& what, const std::string& where, c
   return detail;
 }
 
-/// "no_scene" for ERROR_REASON_NO_SCENE; empty where the error has no reason.
-std::string reason_word(const v1::ErrorDetail& detail) {
-  constexpr std::string_view kPrefix = "ERROR_REASON_";
-  if (detail.reason() == v1::ERROR_REASON_UNSPECIFIED) return {};
-  std::string name = v1::ErrorReason_Name(detail.reason());
-  if (!name.starts_with(kPrefix)) return "unknown_" + std::to_string(static_cast<int>(detail.reason()));
-  name.erase(0, kPrefix.size());
-  for (char& c : name) c = static_cast<char>(c == '_' ? c : c - 'A' + 'a');
-  return name;
-}
-
 /// Bytes of a file that is read as a whole, a table of telemetry at the largest.
 constexpr std::size_t kMaxTextFile = std::size_t{1} << 30U;
 
 /// Texts that are not UTF-8 would end the program.
 std::string text_of(const Json& document, int indent) {
   return document.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
-void print_error(const char* kind, const std::string& code, const v1::ErrorDetail& detail, bool json) {
-  if (json) {
-    print_json({{"error",
-                 {{"kind", kind},
-                  {"code", code},
-                  {"reason", reason_word(detail)},
-                  {"what", detail.what()},
-                  {"where", detail.where()},
-                  {"value", detail.value()},
-                  {"limit", detail.limit()},
-                  {"remedy", detail.remedy()}}}});
-    return;
-  }
-  print_error_line("hapticctl: {}: {}", kind, detail.what());
-  const auto line = [](const char* label, const std::string& text) {
-    if (!text.empty()) print_error_line("  {:<9} {}", label, text);
-  };
-  line("where", detail.where());
-  line("given", detail.value());
-  line("accepted", detail.limit());
-  line("remedy", detail.remedy());
-  line("status", code);
 }
 
 }  // namespace
@@ -97,35 +61,6 @@ void print_json(const Json& document) {
 
 void print_json_line(const Json& document) {
   print_line(text_of(document, -1));
-}
-
-ExitCode report(const client::Error& error, const Session& session) {
-  switch (error.kind()) {
-    case client::ErrorKind::kRefused:
-      print_error("refused", error.code(), error.detail(), session.json);
-      return ExitCode::kRefused;
-    case client::ErrorKind::kBadAddress:
-      print_error("usage", error.code(), error.detail(), session.json);
-      return ExitCode::kUsage;
-    case client::ErrorKind::kUnreachable:
-      print_error("unreachable", error.code(), error.detail(), session.json);
-      return ExitCode::kUnreachable;
-    case client::ErrorKind::kTimedOut:
-      print_error("no answer", error.code(), error.detail(), session.json);
-      return ExitCode::kUnreachable;
-    case client::ErrorKind::kUnreadable:
-      print_error("unreadable", error.code(), error.detail(), session.json);
-      return ExitCode::kUnreachable;
-    case client::ErrorKind::kBadClock:
-      print_error("clock", error.code(), error.detail(), session.json);
-      return ExitCode::kUsage;
-  }
-  return ExitCode::kUsage;
-}
-
-ExitCode report(const LocalError& error, const Session& session) {
-  print_error("error", "", error.detail(), session.json);
-  return ExitCode::kUsage;
 }
 
 std::string read_text_file(const std::string& path) {

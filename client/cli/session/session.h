@@ -48,10 +48,6 @@ void print_json(const Json& document);
 /// One JSON document on one line, for streams.
 void print_json_line(const Json& document);
 
-/// Reports an error (on standard error, or as JSON on standard output) and returns its exit code.
-ExitCode report(const client::Error& error, const Session& session);
-ExitCode report(const LocalError& error, const Session& session);
-
 /// Whole text of a file, up to 1 GB; throws LocalError naming it.
 std::string read_text_file(const std::string& path);
 

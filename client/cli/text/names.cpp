@@ -20,7 +20,7 @@ constexpr std::array<BitNames, 2> kBitNames{{
     {"status_bits",
      {"force_missing", "force_saturated", "sensor_fault", "device_fault", "sensor_lost", "sensor_warning",
       "device_not_ready", "device_warm", "over_force", "over_speed", "command_stale"}},
-    {"limited_bits", {"force", "rate", "power", "pose"}},
+    {"limited_bits", {"force", "rate", "power", "pose", "free_air"}},
 }};
 
 std::string lower(std::string text) {

@@ -17,6 +17,8 @@ constexpr std::array kSensorFaults{v1::GUARD_FAULT_SENSOR_LOST, v1::GUARD_FAULT_
                                    v1::GUARD_FAULT_SENSOR_FAULT, v1::GUARD_FAULT_SENSOR_SATURATED};
 /// An older force counts as never received.
 constexpr double kNeverMs = 1e9;
+/// A smaller force is what a sensor reads of nothing.
+constexpr double kNothingN = 0.02;
 
 /// As in GuardGroup.faults_present_bits.
 bool has_fault(std::uint32_t bits, v1::GuardFault fault) {
@@ -49,7 +51,10 @@ std::string contact_words(const LiveState& state) {
   switch (state.reason) {
     case v1::CONTACT_REASON_AWAITING_FREE:
       if (state.uses_sensor == false) return "waiting until the tool is outside the wall";
-      return fmt::format("waiting until nothing touches the tool: {:.2f} N remain", state.detection_force_n);
+      if (std::abs(state.detection_force_n) < kNothingN)
+        return "waiting to see the tool in free air: move it by some millimetres";
+      return fmt::format("waiting until nothing touches the tool: {:.2f} N remain; move it in free air",
+                         state.detection_force_n);
     case v1::CONTACT_REASON_WITHDRAWN:
       return fmt::format("what was felt was no object; waiting until {:.2f} N are gone",
                          state.detection_force_n);
@@ -138,6 +143,13 @@ std::string sensor_zero_words(const v1::RigState& state) {
            "at rest";
   }
   if (state.bias_serial() == 0) return "not biased: hapticctl sensor bias, with the tool free and at rest";
+  if (has_fault(state, v1::GUARD_FAULT_SENSOR_JUMPED)) {
+    const v1::Vector3& jump = state.last_sensor_jump_n();
+    return fmt::format(
+        "the sensor's reading jumped by {:.2f} N: there is no force before the tool was moved by some "
+        "millimetres in free air",
+        std::hypot(jump.x(), jump.y(), jump.z()));
+  }
   if (!state.has_followed_zero_n()) return "not followed while there is no usable force";
   const v1::Vector3& zero = state.followed_zero_n();
   const std::string followed =
@@ -147,7 +159,7 @@ std::string sensor_zero_words(const v1::RigState& state) {
     return followed + ": at the bound; hapticctl sensor bias, with the tool free and at rest";
   }
   if (has_fault(state, v1::GUARD_FAULT_SENSOR_ZERO_FAR)) {
-    return followed + ": far; hapticctl sensor bias, with the tool free and at rest";
+    return followed + ": far, or it reads something in motion; hapticctl sensor bias, with the tool free and at rest";
   }
   return followed;
 }

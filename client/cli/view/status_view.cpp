@@ -48,6 +48,7 @@ std::string guard_text(const v1::RigState& state, const Terminal& terminal) {
     case v1::GUARD_STATE_RESUMING:
       return terminal.paint(Color::kYellow, text);
     default:
+      if (state.scene().empty()) return "no force: no scene is loaded";
       return terminal.paint(Color::kGreen, text);
   }
 }

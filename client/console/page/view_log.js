@@ -9,9 +9,6 @@ const KINDS = ['scene', 'target', 'fault', 'cleared', 'stop', 'lease', 'turntabl
   'recording', 'incident', 'identification', 'sensor', 'daemon'];
 const GROUPS = [['why', 'why there was no force', ['fault', 'cleared', 'stop', 'incident', 'overrun', 'daemon']], ['who', 'who did what', ['scene', 'target', 'stop', 'lease', 'command', 'sensor', 'recording', 'annotation']]];
 
-// "SceneService/LoadScene name: …" → "load scene · name: …"
-const plain = (text) => text.replace(/^\w+Service\/(\w+)( ?)/, (_, call, space) => call.replace(/([a-z])([A-Z])/g, '$1 $2').toLowerCase() + (space && ' · '));
-
 export function show(place) {
   let events = [], gone = false, later = 0;
   const list = el('div'), hint = el('p', {class: 'hint', role: 'status'}), trouble = el('div');
@@ -40,7 +37,7 @@ export function show(place) {
       const last = events.at(-1);
       if (last && Number(number) <= last.number) events = [];
       events.push({number: Number(number), severity: word(severity, 'EVENT_SEVERITY_'), kind: word(event.kind, 'RECORDING_EVENT_KIND_'), at: Number(event.unix_ns), time: clockTime(event.unix_ns),
-        unix_ns: event.unix_ns, tick: event.tick, text: plain(event.text), by: event.by});
+        unix_ns: event.unix_ns, tick: event.tick, text: event.text, by: event.by});
     }
     events = events.slice(-KEPT);
     if (follow.checked) draw(); else setText(hint, `${count(later += some.length)} more since. Follow to see them.`);

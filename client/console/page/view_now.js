@@ -31,7 +31,7 @@ export function show(place, {rig}) {
     card('Force sensor', sensor, el('div', {class: 'row'},
       action('Take the present load as zero', async () => {
         await rpc('RigService/BiasForceSensor');
-        return 'The sensor reads zero now.';
+        return 'The sensor reads zero now. Move the tool by some millimetres in free air: until then there is no force.';
       }, biasSaid, {title: 'The tool must be free and at rest'})), biasSaid),
     card('Parts', parts),
     card('Control', lease, rest, incident)));
@@ -76,7 +76,7 @@ export function show(place, {rig}) {
     guard.set('fault', /NONE|UNSPECIFIED/.test(state.guard_fault) ? '–' : word(state.guard_fault, 'GUARD_FAULT_'));
     guard.set('scene', state.scene || 'none loaded');
     guard.set('target', num(state.target_stiffness_n_per_mm, 'N/mm', 3));
-    guard.set('contact', state.in_contact ? 'yes' : state.contact_reason === 'CONTACT_REASON_AWAITING_FREE' ? 'unknown: lift the tool once' : word(state.contact_reason, 'CONTACT_REASON_') || 'no');
+    guard.set('contact', state.in_contact ? 'yes' : state.contact_reason === 'CONTACT_REASON_AWAITING_FREE' ? 'unknown: move the tool in free air' : word(state.contact_reason, 'CONTACT_REASON_') || 'no');
     guard.set('reaction', num(state.reaction_force_n, 'N', 2));
     guard.set('hand', num(state.hand_force_n, 'N', 2));
     guard.set('displacement', num(state.displacement_mm, 'mm', 2));

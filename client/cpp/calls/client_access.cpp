@@ -43,6 +43,10 @@ void Client::return_lease() {
   state_->keeper->give_back();
 }
 
+bool Client::holds_lease() const {
+  return state_->keeper->holds();
+}
+
 v1::Watchdog Client::watchdog() {
   return state_->call(*state_->watchdog, &v1::WatchdogService::Stub::GetWatchdog, v1::GetWatchdogRequest());
 }

@@ -22,7 +22,9 @@ bool await_press(hapticd::client::Client& client, double force_n, v1::RigState& 
 }
 
 int main(int argc, char** argv) try {
-  hapticd::client::Client client({.address = argc > 1 ? argv[1] : "127.0.0.1:50051"});
+  hapticd::client::Client client({.address = argc > 1 ? argv[1] : "127.0.0.1:50051",
+                                  .acquires_lease = true,
+                                  .lease_purpose = "automated test"});
   client.load_scene({.name = "tap_1d"});
   bool all_good = true;
   for (const double target_n_per_mm : {0.3, 0.5, 0.8}) {

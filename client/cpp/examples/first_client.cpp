@@ -30,7 +30,9 @@ double felt_n_per_mm(hapticd::client::Client& client) {
 }
 
 int main(int argc, char** argv) try {
-  hapticd::client::Client client({.address = argc > 1 ? argv[1] : "127.0.0.1:50051"});
+  hapticd::client::Client client({.address = argc > 1 ? argv[1] : "127.0.0.1:50051",
+                                  .acquires_lease = true,
+                                  .lease_purpose = "first client"});
   client.load_scene({.name = "tap_1d"});
   for (const double target_n_per_mm : {0.3, 0.7}) {
     v1::SetTargetRequest target;

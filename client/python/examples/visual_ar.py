@@ -10,7 +10,8 @@ from hapticd.v1 import pose_pb2
 
 async def main() -> None:
     async with await hapticd.aio.connect(sys.argv[1] if len(sys.argv) > 1 else None) as rig:
-        await rig.load_scene("tap_1d")
+        async with rig.lease("visual AR"):
+            await rig.load_scene("tap_1d")
         newest: Optional[pose_pb2.Pose] = None
 
         async def read() -> None:

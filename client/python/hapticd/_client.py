@@ -14,7 +14,7 @@ from google.protobuf.message import Message
 
 from hapticd import _telemetry_request
 from hapticd._calls import Calls
-from hapticd._connection import Endpoint, lease_metadata
+from hapticd._connection import Endpoint, lease_metadata, why_unreachable
 from hapticd._lease import Renewal
 from hapticd._requests import build
 from hapticd._stop import StopOutcome, stop_by_both
@@ -213,11 +213,8 @@ def connect(
     rig = Rig(endpoint, channel, timeout_s, lease_token if lease_token is not None else os.environ.get("HAPTICD_LEASE", ""))
     if not _is_connected(channel, timeout_s):
         channel.close()
-        raise Unreachable(
-            "no daemon answers",
-            where=endpoint.address,
-            remedy='start hapticd, or name its address: connect("host:port") or HAPTICD_SERVER',
-        )
+        what, remedy = why_unreachable(endpoint.address, timeout_s)
+        raise Unreachable(what, where=endpoint.address, remedy=remedy)
     return rig
 
 

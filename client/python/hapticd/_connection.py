@@ -5,6 +5,8 @@ from __future__ import annotations
 import ipaddress
 import os
 import re
+import socket
+import ssl
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional
@@ -35,6 +37,10 @@ OPTIONS = (
     ("grpc.enable_http_proxy", 0),
     ("grpc.use_local_subchannel_pool", 1),
     ("grpc.max_receive_message_length", 64 << 20),
+    # A stream over a network that carries nothing any more ends within 15 s. The daemon takes a question each 5 s.
+    ("grpc.keepalive_time_ms", 9_000),
+    ("grpc.keepalive_timeout_ms", 5_000),
+    ("grpc.http2.max_pings_without_data", 0),
 )
 
 _ACCEPTED = "host:port (port 1 … 65535), [v6]:port or unix:/path; tls: before a host of this machine"
@@ -76,6 +82,40 @@ class Endpoint:
         if credentials is None:
             return grpc.aio.insecure_channel(self.target, OPTIONS)
         return grpc.aio.secure_channel(self.target, credentials, OPTIONS)
+
+
+def why_unreachable(address: str, timeout_s: float) -> tuple[str, str]:
+    """What is wrong, and the remedy, where no connection comes about: also a port that speaks in another way than it was
+    spoken to. Tries a connection of its own."""
+    remedy = "start hapticd, or name its address: connect(\"host:port\") or HAPTICD_SERVER"
+    if address.startswith("unix:"):
+        return "no daemon answers", remedy
+    host, port = _split(address)
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), timeout_s) as plain:
+            if _needs_certificates(address):
+                if _speaks_plainly(plain):
+                    advice = 'leave "tls:" out, or name' if address.startswith("tls:") else "name"
+                    return "this port speaks without certificates", f"{advice} the port of the daemon's [network] listen_tls"
+            elif _shows_certificate(plain):
+                return "this port expects certificates", f'write "tls:{address}"; certificates: see docs/access.md'
+    except OSError:
+        pass
+    return "no daemon answers", remedy
+
+
+def _speaks_plainly(connection: socket.socket) -> bool:
+    """A daemon answers the beginning of a plain connection (RFC 9113, 3.4) with a frame of settings."""
+    connection.sendall(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0")
+    return connection.recv(9, socket.MSG_WAITALL)[3:4] == b"\4"
+
+
+def _shows_certificate(connection: socket.socket) -> bool:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = False
+    context.verify_mode = ssl.CERT_NONE
+    with context.wrap_socket(connection) as encrypted:
+        return encrypted.getpeercert(binary_form=True) is not None
 
 
 def _refuse(address: str, what: str) -> BadArgument:

@@ -20,7 +20,7 @@ from google.protobuf.message import Message
 
 from hapticd import _telemetry_request
 from hapticd._calls import AsyncCalls
-from hapticd._connection import Endpoint, lease_metadata
+from hapticd._connection import Endpoint, lease_metadata, why_unreachable
 from hapticd._lease import Renewal
 from hapticd._requests import build
 from hapticd._stop import StopOutcome, stop_at
@@ -159,9 +159,8 @@ async def connect(
         await asyncio.wait_for(_connected(channel), timeout_s)
     except (asyncio.TimeoutError, ConnectionError):
         await channel.close()
-        raise Unreachable(
-            "no daemon answers", where=endpoint.address, remedy='start hapticd, or name its address: connect("host:port")'
-        ) from None
+        what, remedy = await asyncio.get_running_loop().run_in_executor(None, why_unreachable, endpoint.address, timeout_s)
+        raise Unreachable(what, where=endpoint.address, remedy=remedy) from None
     return rig
 
 

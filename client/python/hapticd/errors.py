@@ -146,7 +146,10 @@ def from_rpc(error: grpc.RpcError, address: str) -> HapticdError:
         return Cancelled("the call was cancelled", code=code)
     if code == "UNAVAILABLE":
         return Unreachable(
-            f"the connection to the daemon broke: {text}", where=address, code=code, remedy="see whether hapticd still runs there"
+            f"the connection to the daemon broke: {text}",
+            where=address,
+            code=code,
+            remedy="see whether hapticd still runs there, and whether the network carries",
         )
     if code == "DEADLINE_EXCEEDED":
         return TimedOut(

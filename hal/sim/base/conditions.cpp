@@ -17,7 +17,7 @@ constexpr std::array kFields{
     ConditionField{"sensor_drift_bound_n", &C::sensor_drift_bound_n, 0.0, 1.0, "N", 0.05, "assumed"},
     ConditionField{"sensor_drift_wanders", &C::sensor_drift_wanders, 0.0, 1.0, "1", 1.0,
                    "1: random walk, 0: ramp"},
-    ConditionField{"sensor_step_n", &C::sensor_step_n, 0.0, 1.0, "N", 0.0,
+    ConditionField{"sensor_step_n", &C::sensor_step_n, 0.0, 5.0, "N", 0.0,
                    "assumed: someone pulls the cable"},
     ConditionField{"sensor_step_interval_s", &C::sensor_step_interval_s, 0.01, 3600.0, "s", 5.0, "assumed"},
     ConditionField{"sensor_crosstalk_share", &C::sensor_crosstalk_share, 0.0, 0.1, "1", 0.01,

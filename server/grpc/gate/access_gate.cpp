@@ -36,6 +36,11 @@ Refusal denied(const Identity& who) {
            "ask a maintainer of the rig"}};
 }
 
+/// Who sees to the cause of a stop clears it, also next to a program of theirs that holds the lease.
+LeaseDesk::Holder holder_for(const AccessRow& row) {
+  return row.method == "SafetyService/Clear" ? LeaseDesk::Holder::kIdentity : LeaseDesk::Holder::kProgram;
+}
+
 bool may(const Identity& who, const AccessRow& row) {
   return row.role == Role::kConsole ? who.is_console : who.role >= row.role;
 }
@@ -120,7 +125,8 @@ std::optional<Refusal> AccessGate::admit(const AccessRow* row, const grpc::Serve
     if (row->role != Role::kNone && !call.token.empty()) parts_.desk.note_use(call.who, call.token);
     return std::nullopt;
   }
-  const auto admitted = parts_.desk.admit(call.who, call.token, parts_.policy.lease_rule(call.who));
+  const auto admitted =
+      parts_.desk.admit(call.who, call.token, parts_.policy.lease_rule(call.who), holder_for(*row));
   if (!admitted) return admitted.refusal();
   call.lease = admitted->number;
   call.by_holder = admitted->by_holder;

@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "proto/text/utf8_text.h"
 #include "server/grpc/calls/served_call.h"
 #include "server/grpc/gate/access_gate.h"
 #include "server/grpc/messages/status.h"
@@ -46,10 +47,11 @@ std::string as_text(const google::protobuf::Descriptor& type, const std::string&
   google::protobuf::TextFormat::Printer printer;
   printer.SetSingleLineMode(true);
   printer.SetTruncateStringFieldLongerThan(kMaxText);
-  std::string text;
-  printer.PrintToString(*message, &text);
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
+  printer.SetUseUtf8StringEscaping(true);
+  std::string written;
+  printer.PrintToString(*message, &written);
+  while (!written.empty() && written.back() == ' ') written.pop_back();
+  return text::printable(written);  // a long text may have been cut within a character
 }
 
 /// Answers with a status, whatever kind of call it is.

@@ -57,6 +57,9 @@ void fill_contact(const rt::TickRecord& record, v1::ContactGroup& group) {
 void fill_zero(const rt::TickRecord& record, v1::ZeroGroup& group) {
   fill_vector(record.zero.force_n, *group.mutable_force_n());
   fill_vector(record.zero.torque_n_mm, *group.mutable_torque_n_mm());
+  fill_vector(record.jump_n, *group.mutable_jump_n());
+  group.set_jump_count(record.jump_count);
+  fill_vector(record.last_jump_n, *group.mutable_last_jump_n());
 }
 
 void fill_target(const rt::TickRecord& record, v1::TargetGroup& group) {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "server/grpc/recording/call_words.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/process/system_clock.h"
 
@@ -20,8 +21,7 @@ void EventNotes::note(recording::EventKind kind, std::string text, const std::st
 
 void EventNotes::note_call(const AuditLine& line) {
   if (line.outcome != "OK" || line.method == "RecordingService/Annotate") return;  // an event of its own
-  std::string text = line.method;
-  if (!line.arguments.empty()) text += " " + line.arguments;
+  std::string text = words_of_call(line.method, line.arguments);
   if (line.effective_tick) text += ", in force from tick " + std::to_string(*line.effective_tick);
   note(kind_of_call(line.method), std::move(text), line.identity);
 }

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "server/access/lease_desk.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/calls/served_call.h"
@@ -28,6 +29,13 @@ constexpr std::size_t kPieceBytes = std::size_t{256} << 10U;
 std::string who_calls() {
   const ServedCall* call = served_call();
   return call == nullptr ? std::string() : call->who.name;
+}
+
+Refusal no_lease_to_end_with() {
+  return {RefusalKind::kFailedPrecondition,
+          {"there is no lease with which the recording could end", "StartRecordingRequest.until_lease_ends",
+           "true", "a client that holds the lease", "acquire the lease first, or leave this out"},
+          Reason::kLeaseRequired};
 }
 
 Outcome<std::string> path_of(const std::string& id, v1::RecordingKind kind, Recorder& recorder,
@@ -102,9 +110,17 @@ grpc::Status RecordingService::StartRecording(grpc::ServerContext* context,
                                               v1::RecordingFile* response) {
   const auto channels = channels_of(*request);
   if (!channels) return to_status(channels.refusal());
-  const std::uint32_t decimation = request->decimation() == 0 ? 1 : request->decimation();
-  const auto started =
-      recorder_.start({request->name(), request->note(), who_calls(), *channels, decimation});
+  RecordingRequest wanted{request->name(), request->note(), who_calls(), *channels,
+                          request->decimation() == 0 ? 1 : request->decimation()};
+  if (request->until_lease_ends()) {
+    const ServedCall* call = served_call();
+    if (call == nullptr || !call->by_holder) return to_status(no_lease_to_end_with());
+    wanted.is_over = [desk = call->desk, number = call->lease]() -> std::optional<hal::Error> {
+      const auto why = desk->lost(number);
+      return why ? std::optional(why->error) : std::nullopt;
+    };
+  }
+  const auto started = recorder_.start(wanted);
   if (!started) return to_status(started.refusal());
   log_call("recording '" + started->id + "' was started", *context);
   fill(*started, v1::RECORDING_KIND_RECORDING, *response);

@@ -93,7 +93,9 @@ void fill_contact_state(const rt::TickRecord& record, v1::RigState& state) {
     state.set_withdrawn_count(record.withdrawn_count);
   }
   if ((record.channels & rt::channel::kZero) != 0) {
-    fill_vector(record.zero.force_n, *state.mutable_followed_zero_n());
+    fill_vector(record.zero.force_n - record.jump_n, *state.mutable_followed_zero_n());
+    state.set_sensor_jump_count(record.jump_count);
+    fill_vector(record.last_jump_n, *state.mutable_last_sensor_jump_n());
   }
 }
 

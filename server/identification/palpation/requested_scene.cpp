@@ -17,6 +17,7 @@ std::optional<rt::SceneSpec> requested_scene(const identification::MotionRequest
     if (request.proportional_gain > 0.0) {
       scene.controller.proportional_gain = request.proportional_gain;
       scene.controller.derivative_gain_ms = request.derivative_ms;
+      scene.seeks_ultimate_gain = true;
     }
     scene.structural_compensation = !request.encoders_as_they_are;
     scene.guard.max_force_n = request.max_device_force_n;

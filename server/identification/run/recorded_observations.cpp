@@ -152,6 +152,7 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
   recording.path_ = path;
   recording.format_ = format;
   recording.motion_ = motion;
+  recording.written_here_ = is_own_recording(file->columns());
   recording.name_ = description.name;
   if (motion == RecordedMotion::kBend || motion == RecordedMotion::kRigid) {
     const auto chosen = choose_bend_columns(motion == RecordedMotion::kRigid, description.columns,
@@ -232,7 +233,8 @@ hal::RigInfo RecordedObservations::rig_info() const {
   info.name = "recording:" + name_;
   info.rate_hz = 1.0 / summary_.median_step_s;
   info.renders_force = false;
-  info.has_external_position = motion_ == RecordedMotion::kBend;
+  info.has_external_position =
+      motion_ == RecordedMotion::kBend || (motion_ == RecordedMotion::kStroke && !written_here_);
   return info;
 }
 

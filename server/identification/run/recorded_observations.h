@@ -61,7 +61,8 @@ class RecordedObservations {
   const RecordingSummary& summary() const noexcept { return summary_; }
   /// Quantities that were found by hapticd's own names of columns, in words; see recording_columns.h.
   const std::vector<std::string>& own_columns() const noexcept { return own_columns_; }
-  /// A rig of kind kReplay at one over the median step; nothing is known of its device and sensor.
+  /// A rig of kind kReplay at one over the median step; nothing is known of its device and sensor. The
+  /// position of strokes is an instrument's, unless hapticd recorded it from encoders.
   hal::RigInfo rig_info() const;
 
   /// Hands on every row; the visitor ends it by returning false.
@@ -78,6 +79,7 @@ class RecordedObservations {
   RecordedMotion motion_ = RecordedMotion::kPress;
   BendAxes bend_;  ///< kBend and kRigid
   std::string name_;
+  bool written_here_ = false;  ///< by hapticd, so its positions are encoders'
   std::vector<Column> columns_;
   std::vector<std::string> own_columns_;
   RecordingSummary summary_;

@@ -34,6 +34,7 @@ FrictionIdentification::FrictionIdentification(const FrictionTask& task, const h
     : task_(task),
       rig_(rig),
       replay_(rig.kind == hal::RigKind::kReplay),
+      sees_tip_(replay_ && rig.has_external_position),
       gate_(stroke_policy(rig)),
       scan_(threshold_of(task), rig),
       load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
@@ -133,7 +134,8 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
     const bool curved = max_height_mm_ - min_height_mm_ > kCurvedMm && constant_normal_n == 0.0;
     fit.source = curved ? NormalSource::kMeanDirection : NormalSource::kFlat;
   }
-  fit.rows = friction_rows(passages_.all(), fit.source, surface ? &*surface : nullptr, constant_normal_n);
+  fit.rows = friction_rows(passages_.all(), fit.source, surface ? &*surface : nullptr, constant_normal_n,
+                           unseen_turn_mm(rig_.device));
   if (fit.source == NormalSource::kScan && fit.rows.share_by_scan < 0.5) {
     fit.source = NormalSource::kMeanDirection;
   }
@@ -158,9 +160,11 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
   FrictionFitOptions options;
   options.law = task_.tip == rt::Tip::kRod ? rt::FrictionLaw::kDahl : rt::FrictionLaw::kCoulombViscous;
   options.exponent = exponent && task_.tip == rt::Tip::kRod;
+  if (!sees_tip_) options.max_exponent = 1.0;
   options.bias = replay_;
   options.doubt_viscous = replay_;
-  options.min_speed_mm_per_s = replay_ ? 0.0 : kMinStrokeSpeedMmPerS;
+  const bool blind_at_rest = !replay_ || unseen_turn_mm(rig_.device) > 0.0;
+  options.min_speed_mm_per_s = blind_at_rest ? kMinStrokeSpeedMmPerS : 0.0;
   if (!replay_) options.presliding_mm_per_s = kPreslidingMmPerS;
   options.sliding_mm_per_s = replay_ ? 0.2 * fit.rows.most_speed_mm_per_s : kSlidingStrokeMmPerS;
   hal::Result<FrictionLawFit> law = fit_friction_law(fit.rows.rows, options);

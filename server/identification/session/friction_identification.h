@@ -27,6 +27,10 @@ namespace hapticd::identification {
 /// `procedure` and the remarks say which. Reactions are the sensor's, weight and inertia of the tool
 /// subtracted.
 ///
+/// While it turns the tip slides unseen, until the motors' dry friction gives way: that counts as slid, by
+/// the friction and the structural stiffness that the device states (unseen_turn_mm()). An exponent above 1
+/// is found only where the position is the tip's own, of an instrument (RigInfo::has_external_position).
+///
 /// A recording (RigKind::kReplay) shows position along x, the friction on the tool as sensor_force_n.x
 /// (against the motion, thus negative while x grows) and the normal force as sensor_force_n.z. Its normals
 /// are up, unless the height varies and strokes are long enough to determine the mean direction. Its friction
@@ -81,6 +85,7 @@ class FrictionIdentification final : public Identification {
   FrictionTask task_;
   hal::RigInfo rig_;
   bool replay_;
+  bool sees_tip_;  ///< the position is not the encoders'
   SampleGate gate_;
   SurfaceScan scan_;
   rt::ToolLoad load_;

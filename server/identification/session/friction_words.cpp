@@ -92,6 +92,14 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
     words.push_back("the tip stuck or the sensor was at its end under hard strokes: none of more than " +
                     in_newton(std::max(effort_.limit_n(), kStrokeForceN[0])) + " are asked for");
   }
+  if (!sees_tip_ && task_.tip == rt::Tip::kRod) {
+    const double unseen_mm = unseen_turn_mm(rig_.device);
+    words.push_back(unseen_mm > 0.0
+                        ? "at each turn the tip slides " + std::to_string(unseen_mm) +
+                              " mm unseen, by the device's dry friction and structural stiffness"
+                        : "the device's dry friction or structural stiffness is not known: presliding may be "
+                          "found too short");
+  }
   if (fit == nullptr) return words;
   words.push_back(words_of(fit->source));
   if (fit->source == NormalSource::kScan) {

@@ -55,12 +55,12 @@ void put_together(FoundModel& found, const FoundModel::Origin& contact, const Fo
     said.push_back(said_of(*contact));
   }
   if (friction) {
-    model.rod_friction = std::get<rt::FrictionModel>(friction->model.content).friction;
+    model.rod_friction = rt::rendered_friction(friction->model);
     found.rod_friction = friction;
     said.push_back(said_of(*friction));
   }
   if (bearing) {
-    model.bearing_friction = std::get<rt::FrictionModel>(bearing->model.content).friction;
+    model.bearing_friction = rt::rendered_friction(bearing->model);
     found.bearing_friction = bearing;
     said.push_back(said_of(*bearing));
   }

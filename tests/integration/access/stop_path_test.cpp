@@ -22,7 +22,7 @@
 #include "client/cpp/stop/stop.h"
 #include "client/cpp/stop/stop_port.h"
 #include "server/access/local_user.h"
-#include "tests/integration/access/lab.h"
+#include "tests/support/lab.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/http2_flood.h"
 #include "tests/support/temporary_folder.h"

@@ -14,7 +14,7 @@
 
 #include "client/cpp/client.h"
 #include "server/diagnosis/certificate_findings.h"
-#include "tests/integration/access/lab.h"
+#include "tests/support/lab.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/temporary_folder.h"
 

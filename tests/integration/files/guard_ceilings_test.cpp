@@ -54,8 +54,6 @@ TEST(GuardCeilings, RefuseEveryKeyThatAsksForMoreByName) {
     const char* limit;
   };
   const Case cases[] = {
-      {"guard.max_force_rate_n_per_s", [](rt::SceneSpec& s) { s.guard.max_force_rate_n_per_s = 1e6; },
-       "at most 1700 N/s"},
       {"guard.max_power_w", [](rt::SceneSpec& s) { s.guard.max_power_w = 100.0; }, "at most 2.5 W"},
       {"guard.sensor_stale_after_ms", [](rt::SceneSpec& s) { s.guard.sensor_stale_after_ms = 1000.0; },
        "at most 5 ms"},
@@ -92,6 +90,21 @@ TEST(GuardCeilings, RefuseEveryKeyThatAsksForMoreByName) {
                      "change the scene, or raise max_power_w under [guard] in the daemon's configuration and "
                      "start it again",
                      kOutOfRange});
+}
+
+TEST(GuardCeilings, OfTheRateOfForceAreBelowWhatTheDeviceAllows) {
+  GuardCeilings low;
+  low.max_force_rate_n_per_s = 200.0;
+  rt::SceneSpec fast = scene();
+  fast.guard.max_force_rate_n_per_s = 400.0;
+  EXPECT_FALSE(refusal_of(fast));
+  const auto refused = refusal_of(fast, low);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->limit, "at most 200 N/s ([guard] max_force_rate_n_per_s)");
+  GuardCeilings high;
+  high.max_force_rate_n_per_s = 1e6;
+  fast.guard.max_force_rate_n_per_s = 1e6;
+  EXPECT_TRUE(refusal_of(fast, high)) << "no ceiling lifts the device's own";
 }
 
 TEST(GuardCeilings, AWallHasOneOfItsOwn) {

@@ -31,8 +31,8 @@ rt::ObjectModel some_model(std::mt19937_64& random) {
   }
   creep.relative_error = fraction(random);
   for (auto* friction : {&model.rod_friction, &model.bearing_friction}) {
-    *friction =
-        rt::FrictionParameters{fraction(random), fraction(random), fraction(random), fraction(random)};
+    *friction = rt::FrictionParameters{
+        fraction(random), fraction(random), fraction(random), fraction(random), {}, fraction(random)};
   }
   rt::MaxwellSlipParameters& elements = model.rod_friction->maxwell_slip.emplace();
   for (std::size_t i = 0; i + 1 < elements.reach_mm.size(); ++i) {
@@ -73,6 +73,7 @@ void expect_same(const rt::ObjectModel& a, const rt::ObjectModel& b) {
     EXPECT_EQ(of_a->presliding_mm, of_b->presliding_mm);
     EXPECT_EQ(of_a->viscous_n_s_per_mm, of_b->viscous_n_s_per_mm);
     EXPECT_EQ(of_a->exponent, of_b->exponent);
+    EXPECT_EQ(of_a->presliding_relative_error, of_b->presliding_relative_error);
     ASSERT_EQ(of_a->maxwell_slip.has_value(), of_b->maxwell_slip.has_value());
     if (!of_a->maxwell_slip) continue;
     EXPECT_EQ(of_a->maxwell_slip->reach_mm, of_b->maxwell_slip->reach_mm);
@@ -106,7 +107,8 @@ TEST(ModelFile, ARefusalHasFivePartsAndACode) {
   const auto model = read_model("name = \"x\"\n[rod_friction]\nkinetik = 1\n");
   ASSERT_FALSE(model);
   test::expect_same(model.error(), {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",
-                                    "kinetic, presliding_mm, viscous_n_s_per_mm, exponent, maxwell_slip",
+                                    "kinetic, presliding_mm, viscous_n_s_per_mm, exponent, "
+                                    "presliding_relative_error, maxwell_slip",
                                     "did you mean 'kinetic'?", kUnknownKey});
 }
 

@@ -19,13 +19,13 @@ namespace {
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, corrected_poses, axis, mass, contact, wall,
          ball, map, target, max_target, ramp, max_change, structure_compensated, structural, structural_field,
-         explore, inclusions, friction_target, transient, fixture, watch, control, compensation, guard] =
-      spec;
+         explore, inclusions, friction_target, transient, fixture, watch, control, seeks_gain,
+         compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
-  auto& [force, rate, power, stale, resume, fall, gap] = guard;
+  auto& [force, rate, power, stale, resume, fall, gap, real_object, tool] = guard;
   auto& [direction, displacement, contact_law, feel, release, modulated, passivity, cutoff, noise, gravity,
          mounting, tip_to_centre] = explore;
   auto& [lead, reaction_lead, back_drive] = compensation;
@@ -33,6 +33,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [power_stiffness, power_damping, exponent] = power_law;
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
   static_cast<void>(corrected_poses);  // compared below
+  // Nothing that a file may say.
+  static_cast<void>(seeks_gain), static_cast<void>(real_object), static_cast<void>(tool);
   static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
       static_cast<void>(method), static_cast<void>(evidence_required);
   static_cast<void>(release_time), static_cast<void>(quiet_time), static_cast<void>(arming_time);
@@ -169,8 +171,9 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
       spec.target.kind =
           turn(round, 12,
                {Kind::kLinear, Kind::kHuntCrossley, Kind::kDisplacementProfile, Kind::kPositionProfile});
-      if (spec.target.kind == Kind::kHuntCrossley)
+      if (spec.target.kind == Kind::kHuntCrossley) {
         spec.target.hunt_crossley.exponent = 1.0 + fraction(random);
+      }
       if (spec.target.kind >= Kind::kDisplacementProfile) {
         spec.target.knot_count = 1 + static_cast<std::uint32_t>(round) % rt::TargetLaw::kMaxKnots;
       }
@@ -195,6 +198,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     spec.controller.law = round % 2 == 0 ? rt::ControlLaw::kClosedLoop : rt::ControlLaw::kOpenLoop;
     if (round % 2 == 0) spec.structural_field.emplace();
     for (double* number : numbers_of(spec)) *number = fraction(random);
+    spec.target.hunt_crossley.damping_n_s_per_mm_m1 *= rt::kMaxTargetDampingNsPerMm;  // its range
     if (spec.structural_field) spec.structural_field->stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
 
     const std::string text = write_scene(spec);

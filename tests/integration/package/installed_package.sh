@@ -32,6 +32,16 @@ for file in hapticd/proto/hapticd/v1/telemetry.proto hapticd/proto/google/rpc/st
   doc/hapticd/examples/turntable_maps/plain_drive.toml doc/hapticd/docs/tutorial_client.md doc/hapticd/LICENSE; do
   [[ -s $share/$file ]] || fail "not installed: share/$file"
 done
+for program in "$work"/usr/bin/*; do
+  page=$share/man/man1/$(basename "$program").1
+  [[ -s $page ]] || fail "$(basename "$program") has no manual page"
+  grep -q -- '-help' "$page" || fail "$page does not have the options"
+done
+# The Python client, and the command that needs it: found from the prefix, by a user who has set nothing.
+check_experiment() { env -u PYTHONPATH "$work/usr/bin/hapticctl" experiment "$@"; }
+check_experiment --help >/dev/null
+check_experiment simulate stiffness_1d --help >"$work/help" || fail "hapticctl experiment does not find the Python client"
+grep -q -- --participants "$work/help" || fail "hapticctl experiment does not hand over"
 bash -n "$share/bash-completion/completions/hapticctl"
 "$work/usr/bin/hapticd" --config "$share/doc/hapticd/examples/hapticd.toml" --check-config >/dev/null
 # Headers that are internal to the library stay inside.
@@ -60,4 +70,6 @@ recording=$!
 "$work/build/automated_rig" "$address"
 wait "$recording"
 test "$(wc -l <"$work/run.csv")" -gt 1000
+PYTHONPATH=$work/usr/lib/python3/dist-packages /usr/bin/python3 "$share/doc/hapticd/examples/python/lab_control.py" "$address" 0.5 \
+  >/dev/null || fail "the Python client does not work as it is installed"
 if "$work/build/record_telemetry" "$address" "$work/no_folder/run.csv" 2>/dev/null; then fail "wrote into no folder"; fi

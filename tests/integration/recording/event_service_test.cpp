@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "client/cpp/client.h"
+#include "server/grpc/recording/call_words.h"
 #include "tests/integration/running_service.h"
 
 namespace hapticd::test {
@@ -46,7 +47,7 @@ TEST(Events, WhoComesLaterReadsWhatWasBefore) {
 
   client::Client later = client_of(service);
   client::EventStream stream = later.watch_events({});
-  const auto seen = until(stream, "SafetyService/Clear");
+  const auto seen = until(stream, "clear, in force");
   ASSERT_FALSE(seen.empty());
   EXPECT_EQ(seen.front().number(), 1U);
   EXPECT_EQ(seen.front().event().kind(), v1::RECORDING_EVENT_KIND_DAEMON);
@@ -66,7 +67,21 @@ TEST(Events, WhoComesLaterReadsWhatWasBefore) {
 
   // And each as it happens.
   first.unload_scene();
-  EXPECT_EQ(find(until(stream, "UnloadScene"), v1::RECORDING_EVENT_KIND_DAEMON), nullptr);
+  EXPECT_EQ(find(until(stream, "unload scene"), v1::RECORDING_EVENT_KIND_DAEMON), nullptr);
+}
+
+TEST(Events, SayCallsInWords) {
+  const std::vector<std::vector<std::string>> cases{
+      {"SafetyService/Clear", "", "clear"},
+      {"SceneService/LoadScene", R"(name: "tap { kind: X_1d }")", R"(load scene: name "tap { kind: X_1d }")"},
+      {"RecordingService/StartRecording", R"(name: "Prüfung \"3\"" decimation: 2)",
+       R"(start recording: name "Prüfung \"3\"", decimation 2)"},
+      {"SimulationService/SetHandProgram", "program { kind: HAND_PROGRAM_KIND_PRESS force_n: 1.5 }",
+       "set hand program: program (kind press, force_n 1.5)"},
+      {"RenderingService/SetTarget",
+       "law { displacement_profile { knots { value: 1 } knots { value: 2 } } } ramp_s: 0.1",
+       "set target: law (displacement_profile (knots (value 1), knots (value 2))), ramp_s 0.1"}};
+  for (const auto& one : cases) EXPECT_EQ(server::words_of_call(one[0], one[1]), one[2]);
 }
 
 TEST(Events, AreListedByNumberAndKindUpToALimit) {

@@ -14,8 +14,10 @@
 #include "hal/recording/recording_names.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/recording.grpc.pb.h"
+#include "tests/integration/access/access_client.h"
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 
@@ -146,7 +148,7 @@ TEST_F(RecordingServiceTest, APressIsRecordedWithAllThatHappened) {
   EXPECT_EQ(seen.ticks.size(), file.rows());
   EXPECT_EQ(missing_ticks(seen), 0);
   EXPECT_GT(seen.greatest_force_n, 0.2);
-  EXPECT_TRUE(has_event(seen, EventKind::kScene, "LoadScene"));
+  EXPECT_TRUE(has_event(seen, EventKind::kScene, "load scene"));
   EXPECT_TRUE(has_event(seen, EventKind::kTarget, "in force from tick"));
   EXPECT_TRUE(has_event(seen, EventKind::kAnnotation, "now it is pressed"));
   EXPECT_TRUE(has_event(seen, EventKind::kStop, "stopped: zero force"));
@@ -159,6 +161,29 @@ TEST_F(RecordingServiceTest, APressIsRecordedWithAllThatHappened) {
   remove.set_id(file.id());
   client.delete_recording(remove);
   EXPECT_EQ(client.recordings(v1::RECORDING_KIND_RECORDING).recordings_size(), 0);
+}
+
+TEST_F(RecordingServiceTest, ARecordingEndsWithItsLeaseWhereThatWasAskedFor) {
+  const RunningService service(config());
+  client::Client client = client_of(service);
+  AccessClient holder(connect(service.address()));
+  const auto recordings = v1::RecordingService::NewStub(connect(service.address()));
+  v1::StartRecordingRequest start;
+  start.set_until_lease_ends(true);
+  v1::RecordingFile file;
+  const grpc::Status refused = recordings->StartRecording(call_context().get(), start, &file);
+  EXPECT_EQ(detail_of(refused).reason(), v1::ERROR_REASON_LEASE_REQUIRED);
+  ASSERT_TRUE(holder.acquire().ok());
+  ASSERT_TRUE(recordings->StartRecording(holder.context().get(), start, &file).ok());
+  ASSERT_TRUE(holder.give_back().ok());
+  v1::RecordingFile ended;
+  EXPECT_TRUE(eventually([&] {
+    ended = client.recordings(v1::RECORDING_KIND_RECORDING).recordings(0);
+    return ended.state() == v1::RECORDING_STATE_FINISHED;
+  }));
+  EXPECT_NE(ended.end_reason().find("the lease was returned"), std::string::npos) << ended.end_reason();
+  start.set_until_lease_ends(false);
+  EXPECT_TRUE(recordings->StartRecording(call_context().get(), start, &file).ok()) << "another can begin";
 }
 
 TEST_F(RecordingServiceTest, TheFileDescribesItselfToAReaderWithoutTheContract) {

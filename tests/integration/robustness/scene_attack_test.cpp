@@ -12,7 +12,7 @@ constexpr const char* kHead = "name = \"mine\"\nkind = \"tap_1d\"\n";
 constexpr const char* kAttack =
     "[structure]\ncompensation = false\n"
     "[target]\nmax_stiffness_n_per_mm = 1000\n"
-    "[guard]\nmax_force_rate_n_per_s = 1e6\nmax_power_w = 100\nsensor_stale_after_ms = 1000\nloop_gap_ms = "
+    "[guard]\nmax_power_w = 100\nsensor_stale_after_ms = 1000\nloop_gap_ms = "
     "0\n"
     "resume_ramp_s = 0\n";
 
@@ -50,8 +50,6 @@ TEST(SceneAttack, EachOfItsKeysIsRefusedByName) {
   const Key keys[] = {
       {"[target]\nmax_stiffness_n_per_mm = 1000\n", "target.max_stiffness_n_per_mm", "1000 N/mm",
        "at most 1 N/mm ([guard] max_target_stiffness_n_per_mm)"},
-      {"[guard]\nmax_force_rate_n_per_s = 1e6\n", "guard.max_force_rate_n_per_s", "1000000 N/s",
-       "at most 1700 N/s ([guard] max_force_rate_n_per_s)"},
       {"[guard]\nmax_power_w = 100\n", "guard.max_power_w", "100 W", "at most 2.5 W ([guard] max_power_w)"},
       {"[guard]\nsensor_stale_after_ms = 1000\n", "guard.sensor_stale_after_ms", "1000 ms",
        "at most 5 ms ([guard] max_sensor_stale_after_ms)"},

@@ -36,6 +36,7 @@ TEST(Contract, TheBitsOfTheGuardAreItsLimits) {
   EXPECT_EQ(v1::GUARD_LIMIT_BIT_RATE, rt::guard_limit::kRate);
   EXPECT_EQ(v1::GUARD_LIMIT_BIT_POWER, rt::guard_limit::kPower);
   EXPECT_EQ(v1::GUARD_LIMIT_BIT_POSE, rt::guard_limit::kPose);
+  EXPECT_EQ(v1::GUARD_LIMIT_BIT_FREE_AIR, rt::guard_limit::kFreeAir);
 }
 
 TEST(Contract, EveryKindOfRefusalHasAReasonOfItsOwn) {

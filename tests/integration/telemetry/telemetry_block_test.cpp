@@ -26,6 +26,7 @@ rt::TickRecord record_of(std::uint64_t tick, std::uint32_t channels) {
   double next = 1.5 + 100.0 * static_cast<double>(tick);
   for (hal::Vector3* v :
        {&r.tip_position_mm, &r.sensor_force_n, &r.sensor_torque_n_mm, &r.zero.force_n, &r.zero.torque_n_mm,
+        &r.jump_n, &r.last_jump_n,
         &r.device_command_n, &r.normal, &r.reaction_n, &r.friction_force_n, &r.inclusion_position_mm,
         &r.inclusion_force_n, &r.friction_added_n, &r.truth.tip_position_mm, &r.truth.hand_force_n,
         &r.truth.reaction_force_n, &r.truth.device_force_n, &r.truth.outward_normal,
@@ -75,6 +76,7 @@ rt::TickRecord record_of(std::uint64_t tick, std::uint32_t channels) {
   r.contact_reason = rt::ContactReason::kHeld;
   r.contact_count = 21;
   r.withdrawn_count = 2;
+  r.jump_count = 6;
   r.guard_state = rt::GuardState::kLatched;
   r.guard_fault = rt::GuardFault::kOscillation;
   r.guard_limits = 4;

@@ -243,7 +243,7 @@ TEST(WatchdogService, TheLeaseOfAnotherDoesNotMatter) {
   client::Client client = client_of(service);
   client::WatchdogEndpoint a(client, "a");
   a.check_in();
-  EXPECT_EQ(detail_of(clear(service)).reason(), v1::ERROR_REASON_LEASE_HELD);
+  EXPECT_THROW(client.load_scene({.name = "tap_1d"}), client::Error) << "the lease is another's";
   service.await(
       [](const v1::RigState& state) { return !has_fault(state, v1::GUARD_FAULT_ENDPOINT_MISSING); });
   v1::ClearResponse cleared;

@@ -13,7 +13,7 @@
 
 #include "tests/measure/study/common/page.h"
 #include "tests/measure/study/common/plant.h"
-#include "tests/measure/study/common/plant_comparison.h"
+#include "tests/measure/study/plant_comparison.h"
 #include "tests/measure/study/common/study.h"
 #include "tests/measure/report/provenance.h"
 

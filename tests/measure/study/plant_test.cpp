@@ -16,25 +16,13 @@
 
 #include "hal/sim/object/general_material.h"
 #include "tests/measure/study/common/explore_study.h"
-#include "tests/measure/study/common/plant_comparison.h"
+#include "tests/measure/study/plant_comparison.h"
 #include "tests/measure/study/common/recording_set.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
 namespace {
-
-/// Puts the plant back that was there before.
-class OnPlant {
- public:
-  explicit OnPlant(sim::Plant plant) : before_(current_plant()) { set_current_plant(plant); }
-  ~OnPlant() { set_current_plant(before_); }
-  OnPlant(const OnPlant&) = delete;
-  OnPlant& operator=(const OnPlant&) = delete;
-
- private:
-  sim::Plant before_;
-};
 
 TEST(StudyPlant, RigsAreOfTheCurrentOne) {
   for (const sim::Plant plant : {sim::Plant::kGeneral, sim::Plant::kSeparable}) {

@@ -7,6 +7,7 @@
 #include "tests/measure/study/faults/faults_study.h"
 #include "tests/measure/study/identify/identify_study.h"
 #include "tests/measure/study/loading/loading_study.h"
+#include "tests/measure/study/loading/onset.h"
 #include "tests/measure/study/machine/machine_study.h"
 #include "tests/measure/study/modulation/modulation_study.h"
 #include "tests/measure/study/pose/pose_study.h"
@@ -126,6 +127,11 @@ const std::vector<Study>& studies() {
            {"budget", "which part of the error each cause makes, by switching it off in the rig",
             run_loading_budget},
        }},
+      {"onset",
+       "how a contact begins to be felt",
+       {
+           {"force", "first force, its depth and the steepest slope, by object, device and speed", run_onset},
+       }},
       {"trust",
        "where nothing is touched the device gives no force, whatever a clock, a sensor or an object does",
        {
@@ -133,6 +139,8 @@ const std::vector<Study>& studies() {
             run_free_air, PlantUse::kBoth, true},
            {"contact", "real taps and presses under the same causes: missed, dropped, late", run_contact_kept,
             PlantUse::kBoth, true},
+           {"settings", "all settings that are accepted, at random: force in free air, steps of force",
+            run_settings, PlantUse::kSeparable, true},
        }},
       {"pose",
        "poses for those who draw: when a contact began, and where the tool will be",

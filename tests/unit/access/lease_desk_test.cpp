@@ -63,6 +63,19 @@ TEST_F(LeaseDeskTest, LetsAllCommandWhileNoOneHoldsIt) {
   EXPECT_FALSE(admitted->by_holder);
 }
 
+TEST_F(LeaseDeskTest, AnotherProgramOfTheHolderMayDoWhatIsForItsIdentity) {
+  constexpr auto kIdentity = LeaseDesk::Holder::kIdentity;
+  const auto granted = desk.acquire(anna, {});
+  ASSERT_TRUE(granted);
+  const auto admitted = desk.admit(anna, "", LeaseRule::kRequired, kIdentity);
+  ASSERT_TRUE(admitted);
+  EXPECT_EQ(admitted->number, granted->lease.number);
+  EXPECT_EQ(desk.admit(anna, "", LeaseRule::kRequired).refusal().reason, Reason::kLeaseHeld);
+  EXPECT_EQ(desk.admit(ben, "", LeaseRule::kWhenTaken, kIdentity).refusal().reason, Reason::kLeaseHeld);
+  EXPECT_EQ(desk.admit(anna, "of no lease", LeaseRule::kWhenTaken, kIdentity).refusal().reason,
+            Reason::kLeaseLost);
+}
+
 TEST_F(LeaseDeskTest, NeedsOneWhereItIsRequired) {
   const auto refused = desk.admit(anna, "", LeaseRule::kRequired);
   ASSERT_FALSE(refused);

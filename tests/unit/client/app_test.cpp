@@ -11,6 +11,8 @@
 
 #include "client/cli/commands/bash_completion.h"
 #include "client/cli/commands/commands.h"
+#include "client/cli/text/report.h"
+#include "client/cli/text/usage_error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {
@@ -192,6 +194,42 @@ TEST(App, ARangeIsCheckedBeforeAnyCall) {
   EXPECT_THROW(built.app.parse("target set 0.5 --axis x", false), CLI::ParseError);
   EXPECT_THROW(built.app.parse("target set --displacement-profile 0:1 --position-profile 0:1", false),
                CLI::ParseError);
+}
+
+TEST(App, AMistypedWordIsNamedWithWhatWasMeant) {
+  struct Case {
+    const char* line;
+    const char* what;
+    const char* where;
+    const char* value;
+    const char* remedy;
+  };
+  for (const Case& one : std::vector<Case>{
+           {"traget set 3", "there is no such command", "hapticctl", "traget", "did you mean 'target'?"},
+           {"sim hand pres", "there is no such command", "hapticctl sim hand", "pres",
+            "did you mean 'press'?"},
+           {"--json recrod list", "there is no such command", "hapticctl", "recrod",
+            "did you mean 'record'?"},
+           {"lease", "a command is missing", "hapticctl lease", "", "hapticctl lease --help"},
+           {"qqq", "there is no such command", "hapticctl", "qqq", "hapticctl --help"},
+           {"target set 0.3 --rmap 1", "there is no such option", "hapticctl target set", "--rmap",
+            "did you mean '--ramp'?"},
+           {"scene list more", "this is one word too many", "hapticctl scene list", "more",
+            "hapticctl scene list --help"},
+           {"target set abc", "Could not convert: N_PER_MM = abc", "hapticctl target set", "",
+            "hapticctl target set --help"}}) {
+    Built built;
+    try {
+      built.app.parse(one.line, false);
+      ADD_FAILURE() << one.line;
+    } catch (const CLI::ParseError& error) {
+      const LocalError told = usage_error(built.app, error);
+      EXPECT_EQ(told.detail().what(), one.what) << one.line;
+      EXPECT_EQ(told.detail().where(), one.where) << one.line;
+      EXPECT_EQ(told.detail().value(), one.value) << one.line;
+      EXPECT_EQ(told.detail().remedy(), one.remedy) << one.line;
+    }
+  }
 }
 
 TEST(App, AnUnusableTargetIsReportedBeforeAnyCall) {

@@ -9,7 +9,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 # Of the tests only, or needed before a package is built.
 NOT_NEEDED = {"g++", "ccache", "lld", "libgtest-dev", "libbenchmark-dev", "libceres-dev"}
 # Helpers of the build of packages.
-HELPERS = {"debhelper-compat", "dh-sequence-installsysusers", "dh-sequence-python3", "help2man"}
+HELPERS = {"debhelper-compat", "dh-sequence-installsysusers", "dh-sequence-python3"}
 
 
 class Packaging(unittest.TestCase):

@@ -143,6 +143,68 @@ TEST(FrictionIdentification, TakesAnotherExponentOnlyWhereHeldOutStrokesAskForIt
   }
 }
 
+/// Encoders behind a structure of 2 N/mm whose motors hold with 0.2 N: they follow the tip with play.
+hal::RigInfo held_encoders() {
+  hal::RigInfo rig = recording_rig(Strokes{}.rate_hz);
+  rig.device.coulomb_friction_n = 0.2;
+  rig.device.structural_stiffness_n_per_mm = 2.0;
+  return rig;
+}
+Spoil with_play(double play_mm) {
+  return [play_mm, seen_mm = 0.0](std::int64_t, rt::Observation& o) mutable {
+    double& x = o.sample.tip_position_mm.x;
+    seen_mm = std::clamp(seen_mm, x - play_mm, x + play_mm);
+    x = seen_mm;
+  };
+}
+
+TEST(FrictionIdentification, CountsWhatTheTipSlidesUnseenAtEachTurn) {
+  EXPECT_DOUBLE_EQ(unseen_turn_mm(held_encoders().device), 0.2);
+  hal::RigInfo friction_not_known = held_encoders();
+  friction_not_known.device.coulomb_friction_n = 0.0;
+  EXPECT_EQ(unseen_turn_mm(friction_not_known.device), 0.0);
+  hal::RigInfo stiffness_not_known = held_encoders();
+  stiffness_not_known.device.structural_stiffness_n_per_mm = 0.0;
+  EXPECT_EQ(unseen_turn_mm(stiffness_not_known.device), 0.0);
+  for (const double presliding_mm : {0.1, 0.2, 0.5}) {
+    Strokes strokes;
+    strokes.truth.presliding_mm = presliding_mm;
+    strokes.force_noise_n = 0.01;
+    const auto presliding_of = [&](const hal::RigInfo& rig) {
+      FrictionIdentification identification({.exponent_is_one = true}, rig);
+      play(identification, strokes, with_play(0.1));
+      const auto model = identification.finish();
+      EXPECT_TRUE(model);
+      return model ? friction_of(*model).presliding_mm : 0.0;
+    };
+    EXPECT_NEAR(presliding_of(held_encoders()), presliding_mm, 0.25 * presliding_mm);
+    EXPECT_LT(presliding_of(friction_not_known), 0.75 * presliding_mm) << "else the test shows nothing";
+  }
+}
+
+TEST(FrictionIdentification, FindsAnExponentAboveOneOnlyWhereThePositionIsTheTips) {
+  for (const bool sees_tip : {false, true}) {
+    for (const bool asked_for : {false, true}) {
+      Strokes strokes;
+      strokes.truth.exponent = 2.0;
+      strokes.force_noise_n = 0.005;
+      hal::RigInfo rig = recording_rig(strokes.rate_hz);
+      rig.has_external_position = sees_tip;
+      FrictionIdentification identification({.exponent = asked_for}, rig);
+      play(identification, strokes);
+      const auto model = identification.finish();
+      ASSERT_TRUE(model) << model.error().text();
+      EXPECT_EQ(has_remark(identification, "dry friction or structural stiffness is not known"), !sees_tip);
+      const rt::FrictionParameters& friction = friction_of(*model);
+      if (!sees_tip) {
+        EXPECT_LE(friction.exponent, 1.0) << model->procedure;
+      } else if (asked_for) {
+        EXPECT_NEAR(friction.exponent, 2.0, 0.3);
+      }
+    }
+  }
+}
+
 /// One that sticks to 0.8 of its level and one that slips farther on: no Dahl law turns like that.
 rt::FrictionParameters kinked() {
   const rt::MaxwellSlipParameters elements{{0.4, 3.0}, {1.0, 0.033}};

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import os
+import signal
 import sys
+import threading
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import Any, Callable, Iterator, Optional, Sequence
 
 import hapticd
 from hapticd._shown import printable, say
-from hapticd.errors import BadArgument, HapticdError, Refused, Unreachable
-from hapticd.experiment import analysis, export, plots, runner, session, simulated
+from hapticd.errors import BadArgument, BadFile, HapticdError, Refused, Unreachable
+from hapticd.experiment import analysis, export, plots, readiness, runner, session, simulated, simulation
 from hapticd.experiment import protocol as protocols
-from hapticd.experiment.hands import Hand, Person, PersonOnSimulatedRig, SimulatedHand
+from hapticd.experiment.hands import Hand, Person, PersonOnSimulatedRig
 from hapticd.experiment.journal import Journal
 from hapticd.experiment.rig_stage import RigStage
 from hapticd.experiment.scan import surface_toml, touches_of
-from hapticd.experiment.stage import BareStage, Stage
 from hapticd.v1 import rig_pb2
 
 DONE, REFUSED, USAGE, UNREACHABLE, NOT_FINISHED = 0, 1, 2, 3, 5
@@ -28,19 +31,59 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Exit code."""
     options = _parser().parse_args(arguments)
     try:
-        return int(options.do(options))
-    except Unreachable as error:
-        say(f"hapticctl: {printable(str(error))}", sys.stderr)
-        return UNREACHABLE
+        with _ended_in_order_by_signals():
+            return int(options.do(options))
     except HapticdError as error:
-        say(f"hapticctl: {printable(str(error))}", sys.stderr)
-        return REFUSED
+        _say_error(error, options)
+        return UNREACHABLE if isinstance(error, Unreachable) else REFUSED
     except OSError as error:
-        say(f"hapticctl: {printable(str(error))}", sys.stderr)
+        _say_error(HapticdError(error.strerror or str(error), where=str(error.filename or "")), options)
         return REFUSED
     except KeyboardInterrupt:
-        say("ended; hapticctl experiment resume goes on with it", sys.stderr)
+        with contextlib.suppress(OSError):  # the terminal may be gone
+            say("ended; hapticctl experiment resume goes on with it", sys.stderr)
         return NOT_FINISHED
+
+
+def _say(options: argparse.Namespace, text: str, **values: Any) -> None:
+    """The text for people, or the values for programs."""
+    say(json.dumps(values, ensure_ascii=False) if options.json else text)
+
+
+def _of_error(error: HapticdError) -> dict[str, str]:
+    kind = "unreachable" if isinstance(error, Unreachable) else "refused" if isinstance(error, Refused) else "error"
+    names = ("code", "reason", "what", "where", "value", "limit", "remedy")
+    return {"kind": kind, **{name: str(getattr(error, name)) for name in names}, "reason": error.reason.lower()}
+
+
+def _say_error(error: HapticdError, options: argparse.Namespace) -> None:
+    if options.json:
+        say(json.dumps({"error": _of_error(error)}, ensure_ascii=False))
+    else:
+        say(f"hapticctl: {printable(str(error))}", sys.stderr)
+
+
+@contextlib.contextmanager
+def _ended_in_order_by_signals() -> Iterator[None]:
+    """SIGTERM, and SIGHUP of a terminal or a connection that is closed, do what Ctrl-C does; once, so that the end is not disturbed."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {one: signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGHUP)}
+    taken = [one for one, handler in before.items() if handler == signal.SIG_DFL]  # nohup ignores one of them
+
+    def end(number: int, frame: Any) -> None:
+        for one in taken:
+            signal.signal(one, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    for one in taken:
+        signal.signal(one, end)
+    try:
+        yield
+    finally:
+        for one in taken:
+            signal.signal(one, before[one])
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -50,6 +93,7 @@ def _parser() -> argparse.ArgumentParser:
     def command(name: str, do: Any, about: str) -> argparse.ArgumentParser:
         one: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about + ".", epilog=EXIT_CODES)
         one.set_defaults(do=do)
+        one.add_argument("--json", action="store_true", default=bool(os.environ.get("HAPTICD_JSON")), help="for programs instead of text for people")
         return one
 
     shipped = ", ".join(sorted(one.stem for one in protocols.SHIPPED.glob("*.toml")))
@@ -67,6 +111,7 @@ def _parser() -> argparse.ArgumentParser:
     check = command("check", _check, "What a protocol asks for, and whether the rig can do it")
     protocol_of(check)
     check.add_argument("--no-rig", action="store_true", help="the file alone")
+    check.add_argument("--write-rig", type=Path, metavar="FILE", help="a new file: the configuration of a simulated rig with the stations of a shipped protocol")
 
     run = command("run", _run, "A participant's session, at a page in the browser")
     protocol_of(run)
@@ -88,6 +133,7 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--only", type=int, metavar="NUMBER", help="of them this one, from 0: others may run at the same time on other rigs")
     simulate.add_argument("--seed", type=int, default=1, help="of the observers and of all that is drawn")
     simulate.add_argument("--no-rig", action="store_true", help="what is felt is the level; for a first look at a protocol")
+    simulate.add_argument("--every-trial", action="store_true", help="each trial on the rig, which takes hours; else each stimulus is felt a few times")
     simulate.add_argument("--record", action="store_true", help="have the daemon record the sessions")
 
     scan = command("scan", _scan, "From a recording of touches to the section [wall.surface] of a scene")
@@ -99,33 +145,63 @@ def _parser() -> argparse.ArgumentParser:
     analyse.add_argument("journals", type=Path, nargs="+", help="journals, or folders of them")
     analyse.add_argument("--figures", type=Path, help="a folder for figures (SVG); needs python3-matplotlib")
     analyse.add_argument("--bootstrap", type=int, default=0, metavar="N", help="intervals by N resamples, for constant stimuli")
-    analyse.add_argument("--json", action="store_true", help="for programs")
 
     exported = command("export", _export, "Sessions as BIDS or CSV")
     exported.add_argument("journals", type=Path, nargs="+", help="journals, or folders of them")
     exported.add_argument("--out", type=Path, required=True, help="a new folder (BIDS), or a new file NAME.csv")
+    exported.add_argument("--author", action="append", default=[], metavar="NAME", help="of the BIDS data set, may be repeated; your own name if not given")
     exported.add_argument("--psychopy", action="store_true", help="answers only, under PsychoPy's names; CSV")
     return parser
 
 
-def _versions(rig: Optional[hapticd.Rig]) -> dict[str, str]:
-    if rig is None:
-        return {}
-    info = rig.get_rig_info()
-    return {"hapticd": info.server_version, "rig": info.name}
-
-
 def _check(options: argparse.Namespace) -> int:
     protocol = protocols.read(options.protocol)
-    say(f"{protocol.title} ({protocol.source}), {protocol.participants} participants, sha256 {protocol.sha256[:12]}")
-    for condition in protocol.conditions:
-        target = f", target {condition.reference_n_per_mm:g} N/mm" if protocol.kind == "compare" else ""
-        say(f"  {condition.name}: {analysis.stimulus_name(condition.reference)} against {analysis.stimulus_name(condition.comparison)}{target}")
-    if not options.no_rig:
-        with hapticd.connect() as rig, RigStage(rig, Person(lambda: True)) as stage:
-            stage.check(protocol)
+    if options.write_rig is not None:
+        with options.write_rig.open("x", encoding="utf-8") as file:
+            file.write(protocols.simulated_rig(protocol.name).read_text("utf-8"))
+        _say(options, f"{options.write_rig}: a simulated rig with a turntable; hapticd --config {options.write_rig}", rig=str(options.write_rig))
+        return DONE
+    conditions = [
+        {
+            "name": one.name, "reference": analysis.stimulus_name(one.reference), "comparison": analysis.stimulus_name(one.comparison),
+            "reference_n_per_mm": one.reference_n_per_mm,
+        }
+        for one in protocol.conditions
+    ]  # fmt: skip
+    found, remark = ([], "") if options.no_rig else _looked_at(protocol)
+    if options.json:
+        values = {"protocol": protocol.name, "sha256": protocol.sha256, "participants": protocol.participants, "conditions": conditions}
+        say(json.dumps({**values, "problems": [_of_error(one) for one in found], "remark": remark}, indent=2, ensure_ascii=False))
+        return REFUSED if found else DONE
+    source = f" ({protocol.source})" if protocol.source else ""
+    say(f"{protocol.title}{source}, {protocol.participants} participants, sha256 {protocol.sha256[:12]}")
+    for one in conditions:
+        target = f", target {one['reference_n_per_mm']:g} N/mm" if protocol.kind == "compare" else ""
+        say(f"  {one['name']}: {one['reference']} against {one['comparison']}{target}")
+    if remark:
+        say(f"remark: {remark}")
+    for problem in found:
+        _say_error(problem, options)
+    if not found and not options.no_rig:
         say("this rig can do all of it")
-    return DONE
+    return REFUSED if found else DONE
+
+
+def _looked_at(protocol: protocols.Protocol) -> tuple[list[HapticdError], str]:
+    """What a rig lacks now, and what is worth knowing."""
+    with hapticd.connect() as rig, RigStage(rig, Person(lambda: True)) as stage:
+        try:
+            stage.check(protocol)
+        except BadFile as error:
+            return [error], ""
+        found = readiness.problems(rig, protocol)
+        if (problem := readiness.latched_problem(rig)) is not None:
+            found.insert(0, problem)
+        try:
+            rig.list_recordings()
+        except Refused as refused:
+            return found, f"{refused.what}; run needs --no-record, or [recording] folder in the daemon's configuration"
+        return found, ""
 
 
 def _recording_name(rig: hapticd.Rig, options: argparse.Namespace, name: str) -> str:
@@ -142,54 +218,65 @@ def _recording_name(rig: hapticd.Rig, options: argparse.Namespace, name: str) ->
     return name
 
 
+def _require_ready(rig: hapticd.Rig, protocol: protocols.Protocol) -> None:
+    if found := readiness.problems(rig, protocol):
+        raise found[0]
+
+
 def _run(options: argparse.Namespace) -> int:
     protocol = protocols.read(options.protocol)
     number = runner.numbers_used(options.folder, protocol) if options.number is None else options.number
+    path = runner.path_of(options.folder, protocol, options.participant)
     with hapticd.connect() as rig:
-        with RigStage(rig, Person(lambda: True)) as stage:
-            stage.check(protocol)  # before there is a journal
-        _recording_name(rig, options, "")
-        journal = runner.begin(options.folder, protocol, options.participant, number, options.seed, _versions(rig))
-        return _session(rig, journal, options)
+
+        def begin(stage: RigStage) -> Journal:
+            stage.check(protocol)
+            _require_ready(rig, protocol)  # before there is a journal
+            return runner.begin(options.folder, protocol, options.participant, number, options.seed, simulation.versions_of(rig), stage.rendered)
+
+        return _session(rig, path, options.seed, begin, options)
 
 
 def _resume(options: argparse.Namespace) -> int:
     wanted = protocols.read(options.protocol) if options.protocol else None
-    journal = runner.resume(options.journal, wanted)
+    journal = runner.resume(options.journal, wanted)  # no other program writes it: the one that did has ended
     with hapticd.connect() as rig:
-        return _session(rig, journal, options)
+        return _session(rig, journal.path, session.fold(journal.events).seed, lambda stage: journal, options)
 
 
-def _session(rig: hapticd.Rig, journal: Journal, options: argparse.Namespace) -> int:
+def _session(rig: hapticd.Rig, path: Path, seed: int, begin: Callable[[RigStage], Journal], options: argparse.Namespace) -> int:
+    """A person's session. begin: its journal, once the rig is under control."""
     from hapticd.experiment.page_server import PageServer
     from hapticd.experiment.reporting import Reporter
 
-    with PageServer(options.port, rig.stop) as pages:
+    with PageServer(options.port, rig.stop, on_clear=rig.clear) as pages:
         participant = pages.participant
-        say(f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}")
-        name = _recording_name(rig, options, journal.path.stem)
-        begun = session.fold(journal.events)
-        seed = begun.seed
+        name = _recording_name(rig, options, path.stem)
         hand: Hand = (person := Person(participant.says_done, participant.begins, participant.sees))
         if rig.get_rig_info().kind == rig_pb2.RIG_KIND_SIMULATED:
-            hand = PersonOnSimulatedRig(seed, journal.path.stem, person=person)
-        try:
-            on_rig = RigStage(rig, hand, seed=seed, record_as=name, on_wait=participant.waits)
-            with on_rig as stage, Reporter(rig, begun.protocol.name, participant) as reporter:
+            hand = PersonOnSimulatedRig(seed, path.stem, person=person)
+        with RigStage(rig, hand, seed=seed, record_as=name, on_wait=participant.waits) as stage, contextlib.closing(begin(stage)) as journal:
+            _say(
+                options, f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}",
+                participants_page=pages.participant_url, experimenters_page=pages.experimenter_url,
+            )  # fmt: skip
+            begun = session.fold(journal.events)
+            for event in journal.events:
+                participant.notify(event)
+            with Reporter(rig, begun.protocol.name, participant) as reporter:
                 state = runner.Runner(journal, stage, participant).run()
                 reporter.ended(state.aborted)
-        finally:
-            journal.close()
         participant.goodbye()
-    return _said(state, journal.path)
+    return _said(state, path, options)
 
 
-def _said(state: session.State, path: Path) -> int:
-    if state.ended:
-        say(f"{path}: done")
-        return DONE
-    say(f"{path}: ended early ({state.aborted or 'interrupted'}); hapticctl experiment resume {path}")
-    return NOT_FINISHED
+def _said(state: session.State, path: Path, options: argparse.Namespace) -> int:
+    why = state.aborted or "interrupted"
+    end = "done" if state.ended else f"ended early ({why})"
+    if not state.ended and path.exists():
+        end += f"; hapticctl experiment resume {path}"
+    _say(options, f"{path}: {end}", journal=str(path), finished=state.ended, ended_because="" if state.ended else why)
+    return DONE if state.ended else NOT_FINISHED
 
 
 def _simulate(options: argparse.Namespace) -> int:
@@ -199,36 +286,19 @@ def _simulate(options: argparse.Namespace) -> int:
         raise BadArgument("this is no number of participants", where="--participants", value=str(count), limit="≥ 1")
     if options.no_rig and protocol.kind == "rate":
         raise BadArgument("without a rig there is nothing to search in", where="--no-rig", value=protocol.name, limit="protocols that compare")
-    observers = simulated.group(count, options.seed)
+    if options.record and not options.every_trial:
+        raise BadArgument("there is no session to record", where="--record", value="given", remedy="give --every-trial too, or leave it out")
     if options.only is not None and not 0 <= options.only < count:
         raise BadArgument("there is no such participant", where="--only", value=str(options.only), limit=f"0 … {count - 1}")
-    codes = DONE
-    for number, observer in enumerate(observers):
-        if options.only is not None and number != options.only:
-            continue
-        path = options.folder / f"{protocol.name}_{observer.name}.jsonl"
-        rig = None if options.no_rig else hapticd.connect()
-        try:
-            if path.exists():
-                journal = runner.resume(path, protocol)
-            else:
-                journal = runner.begin(options.folder, protocol, observer.name, number, options.seed, _versions(rig))
-            participant = simulated.SimulatedParticipant(observer)
-            try:
-                if rig is None:
-                    stage: Stage = BareStage(protocol, options.seed, observer.name)
-                    state = runner.Runner(journal, stage, participant).run()
-                else:
-                    name = path.stem if options.record else ""
-                    with RigStage(rig, SimulatedHand.of(observer), seed=options.seed, record_as=name, wait_for_clear_s=0.0) as on_rig:
-                        state = runner.Runner(journal, on_rig, participant).run()
-            finally:
-                journal.close()
-        finally:
-            if rig is not None:
-                rig.close()
-        codes = max(codes, _said(state, path))
-    return codes
+    chosen = dict(enumerate(simulated.group(count, options.seed)))
+    if options.only is not None:
+        chosen = {options.only: chosen[options.only]}
+    codes = [DONE]
+    simulation.run(
+        simulation.Group(protocol, options.folder, chosen, options.seed), None, lambda state, path: codes.append(_said(state, path, options)),
+        every_trial=options.every_trial, record=options.record, no_rig=options.no_rig,
+    )  # fmt: skip
+    return max(codes)
 
 
 def _scan(options: argparse.Namespace) -> int:
@@ -236,7 +306,7 @@ def _scan(options: argparse.Namespace) -> int:
     text = surface_toml(touches, options.step)
     with options.out.open("x", encoding="utf-8") as file:
         file.write(text)
-    say(f"{len(touches)} touches, {options.out}")
+    _say(options, f"{len(touches)} touches, {options.out}", touches=len(touches), file=str(options.out))
     return DONE
 
 
@@ -266,11 +336,12 @@ def _export(options: argparse.Namespace) -> int:
     sessions = analysis.read(options.journals)
     if options.out.suffix == ".csv":
         export.to_csv(sessions, options.out, psychopy=options.psychopy)
-        say(options.out)
+        _say(options, str(options.out), files=[str(options.out)])
     elif options.psychopy:
         raise BadArgument("PsychoPy's names are for one table", where="--out", value=str(options.out), limit="NAME.csv")
     else:
-        say(f"{len(export.to_bids(sessions, options.out))} files in {options.out}")
+        files = [str(one) for one in export.to_bids(sessions, options.out, options.author)]
+        _say(options, f"{len(files)} files in {options.out}", files=files)
     return DONE
 
 

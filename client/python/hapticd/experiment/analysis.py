@@ -196,19 +196,21 @@ def groups(found: Sequence[Estimate], conditions: Sequence[str]) -> list[Group]:
 def text_of(sessions: Sequence[Session], found: Sequence[Estimate], rated: Sequence[Rating]) -> str:
     """For the terminal."""
     protocol = sessions[0].protocol
-    lines = [f"{protocol.title} ({protocol.source}): {len(sessions)} participants"]
+    source = f" ({protocol.source})" if protocol.source else ""
+    lines = [f"{protocol.title}{source}: {len(sessions)} participant{'s' if len(sessions) != 1 else ''}"]
     unfinished = [one.participant for one in sessions if not one.state.ended]
     if unfinished:
         lines.append(f"not at the end: {', '.join(unfinished)}; only conditions that are done count")
     if protocol.kind == "compare":
-        lines.append("condition         target   PSE and its 95 % interval   error      as published   discarded")
-        lines.append("                  N/mm     N/mm                        N/mm       N/mm           a participant")
+        lines += _lines_of_participants(found)
+        lines.append("condition         target   mean PSE and its 95 % interval   error      as published   discarded")
+        lines.append("                  N/mm     N/mm, over participants          N/mm       N/mm           a participant")
         for group in groups(found, [one.name for one in protocol.conditions]):
             discarded = float(np.mean([one.discarded for one in found if one.condition == group.condition]))
             interval = _interval(group.mean, group.low, group.high, 3)
             published = "" if math.isnan(group.published) else f"{group.published:.3f}"
             lines.append(
-                f"{group.condition:<17} {group.target:<8g} {interval:<27} {group.mean - group.target:<+10.3f} {published:<14} {discarded:.1f}"
+                f"{group.condition:<17} {group.target:<8g} {interval:<32} {group.mean - group.target:<+10.3f} {published:<14} {discarded:.1f}"
             )
     else:
         lines.append("condition         similarity and its 95 % interval")
@@ -222,6 +224,17 @@ def text_of(sessions: Sequence[Session], found: Sequence[Estimate], rated: Seque
             missed = sum(math.isnan(one) for one in times)
             lines.append(f"{name:<34} {_interval(mean, low, high, 1):<26} {missed} of {len(times)}")
     return "\n".join(lines)
+
+
+def _lines_of_participants(found: Sequence[Estimate]) -> list[str]:
+    lines = ["participant   condition         target   PSE and its 95 % interval   as published   trials   discarded"]
+    lines.append("                                N/mm     N/mm                        N/mm")
+    for one in sorted(found, key=lambda one: one.participant):
+        interval, published = _interval(one.fit.pse, one.fit.low, one.fit.high, 3), "" if math.isnan(one.published) else f"{one.published:.3f}"
+        lines.append(
+            f"{one.participant:<13} {one.condition:<17} {one.target:<8g} {interval:<27} {published:<14} {one.fit.trials:<8} {one.discarded}"
+        )
+    return [*lines, ""]
 
 
 def _interval(mean: float, low: float, high: float, digits: int) -> str:

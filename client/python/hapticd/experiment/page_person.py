@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, Optional, Sequence
 
 from hapticd.block import Block
+from hapticd.errors import HapticdError
 from hapticd.experiment.journal import Event
 from hapticd.experiment.session import State, Trial
 from hapticd.experiment.stage import Aborted, Interrupted, Presentation
@@ -27,6 +28,7 @@ WARNINGS = {
     "lateral_path": "Please stroke a longer way along the surface.",
     "no_contact": "The object was not touched.",
     "guard": "The force was taken away for safety.",
+    "force_cut": "The force was taken away for safety.",
     "ticks_lost": "A measurement was lost. This was not your doing.",
     "too_long": "That took too long.",
 }
@@ -44,8 +46,14 @@ class Views:
 class PagePerson:
     """The runner's side is called by its thread; the page's side by those of the server."""
 
-    def __init__(self, on_stop: Callable[[str], Any], patience_s: float = PATIENCE_S, lost_after_s: float = LOST_AFTER_S) -> None:
+    def __init__(
+        self, on_stop: Callable[[str], Any], patience_s: float = PATIENCE_S, lost_after_s: float = LOST_AFTER_S,
+        on_clear: Callable[[], Any] = lambda: None,
+    ) -> None:  # fmt: skip
+        """on_clear: leaves a stop or a fault; its HapticdError is for the experimenter."""
         self._on_stop = on_stop
+        self._on_clear = on_clear
+        self._fault = ""
         self._patience_s = patience_s
         self._lost_after_s = lost_after_s
         self._changed = threading.Condition()
@@ -93,6 +101,26 @@ class PagePerson:
         with self._changed:
             self._aborted = f"by the {who}"
             self._changed.notify_all()
+
+    def clear(self) -> None:
+        """The experimenter has seen to the cause: the force may return."""
+        refused = ""
+        try:
+            self._on_clear()
+        except HapticdError as error:
+            refused = str(error)
+        with self._changed:
+            self._views.experimenter = {**self._views.experimenter, "clear_refused": refused}
+            self._show_changed()
+
+    def force_is(self, fault: str) -> None:
+        """Withheld for this fault; empty: it is there."""
+        with self._changed:
+            if fault == self._fault:
+                return
+            self._fault = fault
+            self._views.experimenter = {**self._views.experimenter, "fault": fault, "clear_refused": ""}
+            self._show_changed()
 
     def lost(self, what: str) -> None:
         """The session ends: nothing of the rig can be stopped or felt any more."""
@@ -181,6 +209,8 @@ class PagePerson:
 
     def waits(self, text: str) -> None:
         """The rig waits for the experimenter; empty: it goes on."""
+        if not text:
+            self.force_is("")
         with self._changed:
             self._views.experimenter = {**self._views.experimenter, "rig": text}
         self._show("wait", "Please lift the tool and wait for the experimenter." if text else "Please wait.")
@@ -202,6 +232,8 @@ class PagePerson:
         """Raises Interrupted where the page or its noise went away, Aborted where the session was ended."""
         self._raise_if_aborted()
         with self._changed:
+            if self._fault:
+                raise Interrupted("force_cut")
             if not self._is_here():
                 raise Interrupted("the participant's page was closed")
             if not self._has_noise():

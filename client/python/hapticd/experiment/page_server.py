@@ -120,6 +120,8 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         person = self.server.person
         if said["do"] == "abort":
             person.abort(role)
+        elif role == "experimenter" and said["do"] == "clear":
+            person.clear()
         elif role == "participant" and said["do"] == "key":
             name, after_ms = str(said["key"])[:16], said.get("after_ms")
             if after_ms is not None and not math.isfinite(float(after_ms)):
@@ -137,8 +139,10 @@ class _Handler(http.server.BaseHTTPRequestHandler):
 class PageServer:
     """Use as a context manager. port 0: a free one."""
 
-    def __init__(self, port: int, on_stop: Callable[[str], Any], person: Optional[PagePerson] = None) -> None:
-        self.participant = person or PagePerson(on_stop)
+    def __init__(
+        self, port: int, on_stop: Callable[[str], Any], person: Optional[PagePerson] = None, on_clear: Callable[[], Any] = lambda: None
+    ) -> None:
+        self.participant = person or PagePerson(on_stop, on_clear=on_clear)
         try:
             self._server = _Server(("127.0.0.1", port), _Handler)
         except (OSError, OverflowError) as error:

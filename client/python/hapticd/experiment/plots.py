@@ -54,7 +54,8 @@ def equality(found: Sequence[Estimate], conditions: Sequence[str]) -> Any:
     figure = new_figure(figsize=(8.5, 3.8))
     left, right = figure.subplots(1, 2)
     means, targets = np.array([one.mean for one in groups]), np.array([one.target for one in groups])
-    error = np.array([[one.mean - one.low, one.high - one.mean] for one in groups]).T
+    # Of one participant alone there is no interval.
+    error = np.nan_to_num([[one.mean - one.low, one.high - one.mean] for one in groups]).reshape(-1, 2).T
     left.bar(place, means, width=0.6, color=BLUE, alpha=0.35, label="PSE")
     left.errorbar(place, means, yerr=error, fmt="none", ecolor=BLUE, capsize=4)
     left.hlines(targets, place - 0.4, place + 0.4, color="black", label="target")
@@ -93,8 +94,10 @@ def similarity(rated: Sequence[Rating], conditions: Sequence[str]) -> Any:
 def _bars(axis: Any, values: dict[str, list[float]]) -> None:
     for index, ones in enumerate(values.values()):
         mean, low, high = analysis.mean_with_interval(ones)
-        axis.bar(index, mean, width=0.6, color=BLUE, alpha=0.35)
-        axis.errorbar(index, mean, yerr=[[mean - low], [high - mean]], fmt="none", ecolor=BLUE, capsize=4)
+        if math.isfinite(mean):
+            axis.bar(index, mean, width=0.6, color=BLUE, alpha=0.35)
+        if math.isfinite(low):
+            axis.errorbar(index, mean, yerr=[[mean - low], [high - mean]], fmt="none", ecolor=BLUE, capsize=4)
         axis.scatter(index + np.linspace(-0.2, 0.2, len(ones)), ones, s=10, color=GREY, zorder=3)
     axis.set_xticks(range(len(values)), [name.replace(" ", "\n") for name in values], fontsize="small")
     axis.grid(True, axis="y", linewidth=0.3)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from dataclasses import dataclass
 from typing import Any, Literal, Mapping, Optional, Sequence, Union
 
@@ -296,3 +297,17 @@ def make(settings: Mapping[str, Any], reference: float, lowest: float, highest: 
         deviations = tuple(float(one) for one in np.geomspace(0.03, 0.4, 12))
         return Series((QuestPlus(tuple(levels), means, deviations, settings["stop"]),))
     return Series((Once(),) * settings["repetitions"])
+
+
+def highest_start_and_level(settings: Mapping[str, Any], reference: float, starts: Sequence[float] = ()) -> tuple[float, float]:
+    """The highest level without which a procedure makes no sense, and that to which it may come (infinite where the answers decide),
+    N/mm."""
+    kind = settings["kind"]
+    if kind == "limits":
+        return reference + settings["start_distance_n_per_mm"] + settings["start_jitter_n_per_mm"], math.inf
+    if kind == "up_down":
+        return max(starts or [reference * share for share in settings["start_shares"]]), math.inf
+    if kind == "quest_plus":
+        return reference, reference * settings["highest_share"]
+    highest = reference * max(settings.get("level_shares", [0.0]))
+    return highest, highest

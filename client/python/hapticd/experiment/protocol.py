@@ -94,14 +94,22 @@ class Protocol:
     def condition(self, name: str) -> Condition:
         return next(one for one in self.conditions if one.name == name)
 
-    def series(self, condition: Condition, seed: int, participant: str) -> procedures.Series:
-        """The procedures of a condition for a participant."""
+    @property
+    def stimuli(self) -> list[Stimulus]:
+        return [stimulus for one in self.conditions for stimulus in (one.reference, one.comparison)]
+
+    def series(self, condition: Condition, seed: int, participant: str, rendered_n_per_mm: float = math.inf) -> procedures.Series:
+        """The procedures of a condition for a participant. rendered_n_per_mm: the highest level of the comparison that the rig has."""
         settings = dict(self.procedure)
         if condition.starts_n_per_mm:
             settings["start_shares"] = [start / condition.reference_n_per_mm for start in condition.starts_n_per_mm]
-        return procedures.make(
-            settings, condition.reference_n_per_mm, self.lowest_n_per_mm, self.highest_n_per_mm, seed, participant, condition.name
-        )
+        highest = min(self.highest_n_per_mm, rendered_n_per_mm)
+        return procedures.make(settings, condition.reference_n_per_mm, self.lowest_n_per_mm, highest, seed, participant, condition.name)
+
+    def needed_n_per_mm(self, condition: Condition) -> float:
+        """The highest level of the comparison that a rig has to render; where the protocol gives no highest one, the rig does."""
+        start, reached = procedures.highest_start_and_level(self.procedure, condition.reference_n_per_mm, condition.starts_n_per_mm)
+        return min(reached if self.highest_n_per_mm < MAX_STIFFNESS else start, self.highest_n_per_mm)
 
 
 def find(name: str) -> Path:
@@ -115,6 +123,12 @@ def find(name: str) -> Path:
     raise BadFile(
         "there is no such protocol", where=name, limit="a TOML file, or " + ", ".join(sorted(one.stem for one in SHIPPED.glob("*.toml")))
     )
+
+
+def simulated_rig(name: str) -> Path:
+    """The configuration of a rig with the stations of a shipped protocol; of another one, those of stiffness_1d."""
+    path = SHIPPED / "rig" / f"{name.removesuffix('_corrected')}.toml"
+    return path if path.exists() else path.with_name("stiffness_1d.toml")
 
 
 def read(name: str) -> Protocol:

@@ -9,6 +9,7 @@ from typing import Any
 
 import hapticd
 from hapticd.errors import HapticdError, TimedOut, Unreachable
+from hapticd.experiment import readiness
 from hapticd.experiment.page_person import PagePerson
 
 #: No more often, s; and no less often than the page hears of it.
@@ -42,7 +43,7 @@ def progress_of(protocol: str, shown: dict[str, Any]) -> dict[str, Any]:
         "last_flaws": list(shown.get("flaws", [])),
         "page_is_open": bool(shown.get("page", False)),
         "noise": str(shown.get("noise", {}).get("state", "")),
-        "rig_waits_for": str(shown.get("rig", "")),
+        "rig_waits_for": str(shown.get("fault") or shown.get("rig", "")),
     }
 
 
@@ -73,6 +74,8 @@ class Reporter:
         arrived_s = time.monotonic()
         while not self._ending.wait(PAUSE_S):
             version, shown = self._person.view("experimenter", version, HEARTBEAT_S)
+            with contextlib.suppress(HapticdError):
+                self._person.force_is(readiness.latched(self._rig))
             if self._report(shown, {}):
                 arrived_s = time.monotonic()
             elif time.monotonic() - arrived_s > LOST_AFTER_S:

@@ -13,14 +13,15 @@ import numpy as np
 import hapticd
 from hapticd._requests import enum_word
 from hapticd.block import Block
-from hapticd.errors import BadFile, HapticdError, LeaseLost, Refused, Stopped, TimedOut, Unreachable
-from hapticd.experiment import free_change, inclusions, seeds
+from hapticd.errors import HapticdError, LeaseLost, Refused, Stopped, TimedOut, Unreachable, from_detail
+from hapticd.experiment import control, free_change, inclusions, readiness, seeds
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment.hands import Hand, SimulatedHand
+from hapticd.experiment.journal import Event
 from hapticd.experiment.session import Role, Trial
 from hapticd.experiment.stage import Aborted, Interrupted, Presentation, record_of
 from hapticd.experiment.touch import GROUPS, GROUPS_OF_TRUTH, Touch
-from hapticd.v1 import guide_pb2, presentation_pb2, rendering_pb2, rig_pb2
+from hapticd.v1 import guide_pb2, presentation_pb2, recording_pb2, rig_pb2
 
 #: Of the summary, for the journal.
 PEAKS = (
@@ -40,6 +41,8 @@ PEAKS = (
 )
 #: How long a participant waits for a stop to be cleared before the session ends, s.
 WAIT_FOR_CLEAR_S = 600.0
+#: How long a simulated hand takes to let go at most, s of this machine.
+LET_GO_S = 10.0
 #: Telemetry of a press, samples a second of the rig's time.
 SAMPLES_HZ = 250.0
 
@@ -57,6 +60,8 @@ class RigStage:
         #: A person sees the tool; a simulated hand does not mind.
         self._latency_s = 0.1 if isinstance(hand, SimulatedHand) else 0.03
         self._recording = ""
+        #: By condition, the highest level of the comparison that is rendered, N/mm; known after check().
+        self.rendered: dict[str, float] = {}
         self._scene = ""
         self._station: Optional[str] = None
         self._protocol: Optional[protocols.Protocol] = None
@@ -68,13 +73,12 @@ class RigStage:
         self._time_ns = 0
 
     def __enter__(self) -> RigStage:
-        self._stack.enter_context(self._rig.lease("experiment", on_expiry="ramp_to_zero"))
-        groups = GROUPS_OF_TRUTH if self._has_truth else GROUPS
-        stream = self._stack.enter_context(self._rig.telemetry(groups, hz=SAMPLES_HZ, latency_s=self._latency_s, queue_s=60.0))
-        self._blocks = iter(stream)
-        if self._record_as:
-            self._recording = self._rig.start_recording(self._record_as, note="experiment").id
-            self._stack.callback(self._end_recording)
+        with contextlib.ExitStack() as stack:  # where a part of it fails, the rest is given back
+            stack.enter_context(control.of_session(self._rig))
+            groups = GROUPS_OF_TRUTH if self._has_truth else GROUPS
+            stream = stack.enter_context(self._rig.telemetry(groups, hz=SAMPLES_HZ, latency_s=self._latency_s, queue_s=60.0))
+            self._blocks = iter(stream)
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -82,9 +86,19 @@ class RigStage:
             self._rig.unload_scene()
         self._stack.close()
 
+    def opening(self) -> Sequence[Event]:
+        if not self._record_as:
+            return ()
+        self._recording = self._rig.start_recording(self._record_as, note=control.PURPOSE, until_lease_ends=True).id
+        self._stack.callback(self._end_recording)
+        self._time_ns = self._rig.get_rig_state().time_ns
+        return ({"event": "recording", "recording": self._recording},)
+
     def _end_recording(self) -> None:
         with contextlib.suppress(HapticdError):
-            self._rig.stop_recording()
+            running = (one for one in self._rig.list_recordings().recordings if one.id == self._recording)
+            if any(one.state == recording_pb2.RECORDING_STATE_RUNNING for one in running):
+                self._rig.stop_recording()
 
     def time_s(self) -> Optional[float]:
         return self._time_ns * 1e-9
@@ -94,54 +108,8 @@ class RigStage:
     def check(self, protocol: protocols.Protocol) -> None:
         """Raises BadFile for a station that there is not, a scene that cannot be loaded, a target that cannot be rendered."""
         self._protocol = protocol
-        stations = self._stations()
-        for condition in protocol.conditions:
-            for role, stimulus in (("reference", condition.reference), ("comparison", condition.comparison)):
-                where = f"[[condition]] {condition.name} {role}"
-                for station in (one for one in stimulus.all_stations if one not in stations):
-                    raise BadFile(
-                        "there is no such station", where=f"{where}: station", value=station,
-                        limit=", ".join(stations) or "this rig has no turntable",
-                        remedy="name it in [rig.turntable.stations] of the daemon's configuration",
-                    )
-                outline = self._explain(stimulus)
-                if outline.HasField("obstacle"):
-                    raise BadFile(outline.obstacle.what, where=f"{where}: scene", limit=outline.obstacle.limit, remedy=outline.obstacle.remedy)
-                wanted = condition.reference_n_per_mm if role == "reference" else min(protocol.highest_n_per_mm, 1e3)
-                most = outline.max_target_stiffness_n_per_mm
-                if protocol.kind == "compare" and most > 0.0 and wanted > most * (1.0 + 1e-9):
-                    raise BadFile(
-                        "the rig does not render so stiff a target", where=f"{where}", value=f"{wanted:g} N/mm", limit=f"0 … {most:g} N/mm",
-                        remedy="a softer reference, or a lower [trial] highest_n_per_mm",
-                    )
-        self._check_feasible(protocol)
-
-    def _check_feasible(self, protocol: protocols.Protocol) -> None:
-        for condition in protocol.conditions:
-            if condition.object_n_per_mm <= 0.0 or condition.reference_n_per_mm <= 0.0:
-                continue
-            self._load(condition.reference)
-            range_ = self._rig.get_feasible_range(condition.hand_force_n, object_stiffness_n_per_mm=condition.object_n_per_mm)
-            if not range_.min_n_per_mm <= condition.reference_n_per_mm <= range_.max_n_per_mm:
-                reason = enum_word(rendering_pb2.LimitingReason.DESCRIPTOR, range_.max_limited_by)
-                raise BadFile(
-                    "the target is not feasible on this object",
-                    where=f"[[condition]] {condition.name}: reference_n_per_mm",
-                    value=f"{condition.reference_n_per_mm:g} N/mm",
-                    limit=f"{range_.min_n_per_mm:.3g} … {range_.max_n_per_mm:.3g} N/mm at {condition.hand_force_n:g} N on "
-                    f"{condition.object_n_per_mm:g} N/mm ({reason})",
-                )
-
-    def _stations(self) -> list[str]:
-        try:
-            return [station.name for station in self._rig.get_turntable().stations]
-        except Refused as refused:
-            if refused.reason == "NO_HARDWARE":
-                return []
-            raise
-
-    def _explain(self, stimulus: protocols.Stimulus) -> Any:
-        return self._rig.explain_scene(stimulus.scene or None, toml=stimulus.scene_toml or None)
+        self.rendered = readiness.check_scenes(self._rig, protocol)
+        readiness.check_feasible(self._rig, protocol, self._load)
 
     # One presentation after the other.
 
@@ -155,7 +123,7 @@ class RigStage:
         stimulus = condition.reference if role == "reference" else condition.comparison
         target = condition.reference_n_per_mm if role == "reference" else trial.level
         try:
-            self._wait_for_force()
+            self.await_force()
             self._place(stimulus, trial, role)
             drawn = self._put_inclusion(stimulus, trial, role)
             self._load(stimulus, *drawn)
@@ -171,7 +139,7 @@ class RigStage:
         assert protocol is not None
         condition = protocol.condition(trial.condition)
         try:
-            self._wait_for_force()
+            self.await_force()
             self._place(condition.reference, trial, "reference")
             self._hand.explore(self._rig, trial, condition, protocol.stroke_path_mm)
             yield from self._visits(protocol, trial, condition)
@@ -231,29 +199,32 @@ class RigStage:
                 raise Interrupted("the tool was not lifted")
         raise Unreachable("the telemetry ended", where=self._rig.address)
 
-    def _wait_for_force(self) -> None:
+    def await_force(self) -> None:
         """A stop, or a fault, is for the experimenter to clear."""
-        until = time.monotonic() + self._wait_for_clear_s
+        self._await(lambda: readiness.latched(self._rig), "the force was taken away ({}), and no one cleared it", self._wait_for_clear_s)
+        self._time_ns = self._rig.get_rig_state().time_ns
+
+    def _await(self, obstacle: Callable[[], str], aborted: str, wait_s: float) -> None:
+        """Returns when there is no obstacle any more; meanwhile it is shown."""
+        until = time.monotonic() + wait_s
         has_waited = False
-        while True:
-            state = self._rig.get_rig_state()
-            self._time_ns = state.time_ns
-            if state.guard_state != rig_pb2.GUARD_STATE_LATCHED:
-                if has_waited:
-                    self._on_wait("")
-                return
-            fault = enum_word(rig_pb2.GuardFault.DESCRIPTOR, state.guard_fault)
-            self._on_wait(f"no force ({fault}): hapticctl clear")
+        while why := obstacle():
+            self._on_wait(why)
             has_waited = True
             if time.monotonic() > until:
-                raise Aborted(f"the force was taken away ({fault}), and no one cleared it")
+                raise Aborted(aborted.format(why))
             time.sleep(0.2)
+        if has_waited:
+            self._on_wait("")
 
     def _place(self, stimulus: protocols.Stimulus, trial: Trial, role: Role) -> None:
         station = stimulus.station
         if stimulus.stations:
             station = stimulus.stations[int(self._drawn("station", trial, role).integers(len(stimulus.stations)))]
         if station and station != self._station:
+            # Someone who still presses is waited for; the simulated hand lets go.
+            self._hand.follow(self._rig)
+            self._await(self._load_on_tool, "the table could not turn: {}", max(self._wait_for_clear_s, LET_GO_S))
             try:
                 self._rig.move_turntable(station=station).last()
             except Stopped:
@@ -264,6 +235,10 @@ class RigStage:
         elif stimulus.object and stimulus.object != self._station:
             self._rig.set_object(stimulus.object)
             self._station = stimulus.object
+
+    def _load_on_tool(self) -> str:
+        table = self._rig.get_turntable()
+        return str(from_detail(table.interlock)) if table.HasField("interlock") else ""
 
     def _load(self, stimulus: protocols.Stimulus, x_mm: float = 0.0, y_mm: float = 0.0) -> None:
         """x_mm, y_mm: by how much its inclusion is moved."""

@@ -6,7 +6,7 @@ The journal is the only state. A program that ends anywhere goes on where its jo
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, Optional, Protocol as Interface, Sequence
+from typing import Any, Callable, Mapping, Optional, Protocol as Interface, Sequence
 
 from hapticd.errors import BadFile
 from hapticd.experiment import free_change
@@ -37,14 +37,20 @@ class Participant(Interface):
         """After each event, for views."""
 
 
-def begin(
-    folder: Path, protocol: protocols.Protocol, participant: str, number: int, seed: int, versions: dict[str, str]
-) -> Journal:
-    """A new journal: FOLDER/PROTOCOL_PARTICIPANT.jsonl. Raises BadFile where this code was used."""
+def path_of(folder: Path, protocol: protocols.Protocol, participant: str) -> Path:
+    """FOLDER/PROTOCOL_PARTICIPANT.jsonl. Raises BadFile where the code is none."""
     if not participant or not all(one.isascii() and (one.isalnum() or one in "_-") for one in participant) or len(participant) > 64:
         raise BadFile("this is no participant's code", value=repr(participant), limit="1 … 64 letters, digits, '_' and '-'")
-    journal = Journal.create(folder / f"{protocol.name}_{participant}.jsonl")
-    journal.append(session.begin(protocol, participant, number, seed, versions))
+    return folder / f"{protocol.name}_{participant}.jsonl"
+
+
+def begin(
+    folder: Path, protocol: protocols.Protocol, participant: str, number: int, seed: int, versions: dict[str, str],
+    rendered: Mapping[str, float] = {},
+) -> Journal:  # fmt: skip
+    """A new journal. Raises BadFile where this code was used. rendered: see session.State."""
+    journal = Journal.create(path_of(folder, protocol, participant))
+    journal.append(session.begin(protocol, participant, number, seed, versions, rendered))
     return journal
 
 
@@ -79,6 +85,8 @@ class Runner:
     def run(self, until: Optional[Callable[[State], bool]] = None) -> State:
         """To the end, or until it is aborted; `until`: asked before each step."""
         self._stage.check(self._state.protocol)
+        for event in self._stage.opening():
+            self._write(event)
         if self._state.condition is not None:
             self._stage.begin_condition(self._state.protocol.condition(self._state.condition))
         while not self._state.ended and not (until is not None and until(self._state)):
@@ -116,6 +124,7 @@ class Runner:
         """One after the other; None where the trial is discarded."""
         felt: list[Presentation] = []
         for interval, role in enumerate(trial.roles, 1):
+            self._stage.await_force()
             for event in self._participant.ready(self._state, trial, interval):
                 self._write(event)
             try:
@@ -132,6 +141,7 @@ class Runner:
 
     def _explored(self, trial: Trial, fields: dict[str, Any]) -> Optional[list[Presentation]]:
         """Both at once, changed between at will; an event for each visit. None where the trial is discarded."""
+        self._stage.await_force()
         for event in self._participant.ready(self._state, trial, 1):
             self._write(event)
         visits: list[tuple[Role, Presentation]] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass, field
 from typing import Any, Iterable, Literal, Mapping, Optional, Sequence, Union
 
@@ -63,6 +64,7 @@ class State:
     number: int  #: of the participant, from 0: for the order of conditions
     seed: int
     order: list[str]
+    rendered: Mapping[str, float] = field(default_factory=dict)  #: by condition, the highest level that the rig renders, N/mm
     series: dict[str, Series] = field(default_factory=dict)
     answered: int = 0  #: trials of the present condition
     attempts: int = 0  #: discarded attempts at the present trial
@@ -78,8 +80,10 @@ class State:
         return next(reversed(self.series), None)
 
 
-def begin(protocol: protocols.Protocol, participant: str, number: int, seed: int, versions: Mapping[str, str]) -> Event:
-    """The first event of a journal; it has all that the rest depends on."""
+def begin(
+    protocol: protocols.Protocol, participant: str, number: int, seed: int, versions: Mapping[str, str], rendered: Mapping[str, float] = {}
+) -> Event:
+    """The first event of a journal; it has all that the rest depends on. rendered: see State."""
     names = [one.name for one in protocol.conditions]
     if protocol.condition_order == "balanced":
         order = [names[index] for index in seeds.balanced_order(len(names), number)]
@@ -95,6 +99,7 @@ def begin(protocol: protocols.Protocol, participant: str, number: int, seed: int
         "order": order,
         "protocol_sha256": protocol.sha256,
         "versions": dict(versions),
+        **({"rendered_n_per_mm": dict(rendered)} if rendered else {}),
         "protocol": protocol.document,
     }
 
@@ -106,14 +111,18 @@ def fold(events: Sequence[Event], where: str = "journal") -> State:
     first = events[0]
     try:
         protocol = protocols.of(first["protocol"], where)
-        state = State(protocol, first["participant"], int(first["number"]), int(first["seed"]), list(first["order"]))
+        state = State(protocol, first["participant"], int(first["number"]), int(first["seed"]), list(first["order"]), _rendered(first))
         if protocol.sha256 != first["protocol_sha256"]:
             raise BadFile("the protocol in it was changed", where=where, remedy="take the journal as it was written")
         for event in events[1:]:
             apply(state, event)
-    except (KeyError, TypeError, AssertionError, StopIteration) as error:
+    except (KeyError, TypeError, ValueError, AssertionError, StopIteration) as error:
         raise BadFile(f"its events do not follow from one another ({error!r})", where=where) from error
     return state
+
+
+def _rendered(first: Event) -> dict[str, float]:
+    return {name: float(level) for name, level in dict(first.get("rendered_n_per_mm", {})).items()}
 
 
 def apply(state: State, event: Mapping[str, Any]) -> None:
@@ -121,7 +130,9 @@ def apply(state: State, event: Mapping[str, Any]) -> None:
     kind = event["event"]
     if kind == "condition":
         name = event["condition"]
-        state.series[name] = state.protocol.series(state.protocol.condition(name), state.seed, state.participant)
+        state.series[name] = state.protocol.series(
+            state.protocol.condition(name), state.seed, state.participant, state.rendered.get(name, math.inf)
+        )
         state.answered = state.attempts = state.discarded = 0
         state.rested = False
     elif kind == "answer":
@@ -188,7 +199,8 @@ def _training(state: State) -> Trial:
     protocol = state.protocol
     condition = protocol.condition(state.order[0])
     share = TRAINING_SHARES[state.trained % len(TRAINING_SHARES)]
-    level = min(max(condition.reference_n_per_mm * share, protocol.lowest_n_per_mm), protocol.highest_n_per_mm)
+    highest = min(protocol.highest_n_per_mm, state.rendered.get(condition.name, math.inf))
+    level = min(max(condition.reference_n_per_mm * share, protocol.lowest_n_per_mm), highest)
     return Trial(
         condition.name, state.trained, state.attempts, -1, round(level, 9), _roles(state, "training", state.trained), is_training=True
     )

@@ -8,6 +8,7 @@ from typing import Any, Iterator, Mapping, Optional, Protocol as Interface, Sequ
 
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment import seeds
+from hapticd.experiment.journal import Event
 from hapticd.experiment.session import Role, Trial
 
 
@@ -38,6 +39,12 @@ class Stage(Interface):
     def check(self, protocol: protocols.Protocol) -> None:
         """Raises HapticdError where the experiment cannot be run as it is written."""
 
+    def opening(self) -> Sequence[Event]:
+        """Begins; the events are for the journal: what is recorded from now on."""
+
+    def await_force(self) -> None:
+        """Returns when there can be force. Raises Aborted where no one sees to that."""
+
     def begin_condition(self, condition: protocols.Condition) -> None:
         """Before its first trial."""
 
@@ -64,6 +71,12 @@ class BareStage:
     flawed_share: float = 0.0
 
     def check(self, protocol: protocols.Protocol) -> None:
+        pass
+
+    def opening(self) -> Sequence[Event]:
+        return ()
+
+    def await_force(self) -> None:
         pass
 
     def begin_condition(self, condition: protocols.Condition) -> None:

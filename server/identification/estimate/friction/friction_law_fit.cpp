@@ -20,7 +20,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPreslidingDistanceMm = 0.5;  // D§4.4.1
 constexpr double kMinPreslidingMm = 1e-3;
 constexpr double kMaxPreslidingMm = 20.0;
-constexpr double kMaxExponent = 3.0;
 constexpr double kMinInstants = 50.0;
 constexpr int kRounds = 12;
 
@@ -202,7 +201,7 @@ class LawFit {
     while (step_log > 1e-3) {
       bool better = false;
       const auto attempt = [&](double trial_log, double trial_exponent) {
-        trial_exponent = std::clamp(trial_exponent, 0.0, kMaxExponent);
+        trial_exponent = std::clamp(trial_exponent, 0.0, options_.max_exponent);
         trial_log = std::clamp(trial_log, std::log(kMinPreslidingMm), std::log(max_mm));
         const double c = cost(std::exp(trial_log), trial_exponent);
         if (!(c < least * (1.0 - 1e-9))) return;
@@ -233,7 +232,7 @@ class LawFit {
     constexpr double kNudge = 0.01;
     std::vector<double> z_longer, z_bent;
     if (dahl) z_longer = built_up(rows_, options_.law, p.presliding_mm * (1.0 + kNudge), p.exponent);
-    const double bend = p.exponent + kNudge > kMaxExponent ? -kNudge : kNudge;
+    const double bend = p.exponent + kNudge > options_.max_exponent ? -kNudge : kNudge;
     if (dahl && options_.exponent) z_bent = built_up(rows_, options_.law, p.presliding_mm, p.exponent + bend);
 
     constexpr Eigen::Index kMax = 5;

@@ -12,8 +12,11 @@ namespace hapticd::identification {
 struct FrictionFitOptions {
   rt::FrictionLaw law = rt::FrictionLaw::kDahl;
   bool exponent = false;  ///< Dahl's exponent is to be found too; else it is 1
-  bool bias = false;      ///< the friction channel may have a constant offset
-  bool viscous = true;    ///< false: no viscous part
+  /// No more than this. A sharp start with a long tail is what a position that misses the start of each turn
+  /// makes of any friction, so above 1 only where the position is the tip's own.
+  double max_exponent = 3.0;
+  bool bias = false;    ///< the friction channel may have a constant offset
+  bool viscous = true;  ///< false: no viscous part
   /// A viscous part within two standard errors of nothing is left out; its standard error stays. For strokes
   /// that no one planned, which hardly distinguish it from the level.
   bool doubt_viscous = false;

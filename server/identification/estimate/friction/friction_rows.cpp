@@ -43,7 +43,7 @@ MeanDirectionNormals normals_of(const std::vector<StrokePassage>& passages) {
 }  // namespace
 
 FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSource source,
-                           const SurfaceSpline* surface, double constant_normal_n) {
+                           const SurfaceSpline* surface, double constant_normal_n, double unseen_turn_mm) {
   FrictionRows result;
   MeanDirectionNormals mean;
   if (source != NormalSource::kFlat) mean = normals_of(passages);
@@ -76,6 +76,7 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
     const auto& rows = passage.rows.rows();
     double path_mm = 0.0;
     double slide_mm = 0.0;
+    const bool begins_with_turn = passage.start != StrokePassage::Start::kUnknown;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const StrokePoint& p = rows[i].mean;
       hal::Vector3 normal = kUp;
@@ -91,7 +92,8 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
       total += rows[i].count;
       const hal::Vector3 tangent = rt::direction_or(rt::across(kAlong, normal), kAlong);
       const double per_along = 1.0 / std::max(0.2, dot(tangent, kAlong));
-      const double step_mm = (ways[i] - (i > 0 ? ways[i - 1] : 0.0)) * per_along;
+      const double before_mm = i > 0 ? ways[i - 1] : begins_with_turn ? -unseen_turn_mm : 0.0;
+      const double step_mm = (ways[i] - before_mm) * per_along;
       path_mm += step_mm;
       slide_mm += step_mm * passage.heading;
       if (!has_normal) {  // its way counts all the same

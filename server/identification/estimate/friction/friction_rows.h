@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/rig.h"
 #include "server/identification/estimate/contact/surface_spline.h"
 #include "server/identification/gate/stroke_passages.h"
 
@@ -45,9 +46,19 @@ struct FrictionRows {
 };
 
 /// Resolves passages. `source` kScan falls back on the mean direction where the scan does not reach.
-/// `constant_normal_n` > 0 overrides what was recorded (kFlat only).
+/// `constant_normal_n` > 0 overrides what was recorded (kFlat only). `unseen_turn_mm`: how far the tip slides
+/// back at each turn of the motion before the position shows any of it; counted with the first of the way
+/// back.
 FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSource source,
-                           const SurfaceSpline* surface, double constant_normal_n);
+                           const SurfaceSpline* surface, double constant_normal_n,
+                           double unseen_turn_mm = 0.0);
+
+/// What encoders miss of a turn: the dry friction of the motors holds them until the structure, bent one way
+/// by it, is bent as far the other way. 0 where one of the two is not known.
+inline double unseen_turn_mm(const hal::DeviceInfo& device) noexcept {
+  const bool known = device.coulomb_friction_n > 0.0 && device.structural_stiffness_n_per_mm > 0.0;
+  return known ? 2.0 * device.coulomb_friction_n / device.structural_stiffness_n_per_mm : 0.0;
+}
 
 /// How far friction had built up before a row, -1 … 1; `z` where it goes on from the row before.
 inline double state_before(const FrictionRow& row, double z) {

@@ -7,7 +7,8 @@
 
 namespace hapticd::study {
 
-/// The model of a simulated object of the current plant, identified on it once a run.
+/// The model of a simulated object of the current plant, identified on it once a run by the service's own
+/// sessions; with a Hunt-Crossley law in any case.
 const IdentificationResult& identified(const std::string& object);
 
 /// What is identified on the four objects of D§4, and how well it fits; the models as files.

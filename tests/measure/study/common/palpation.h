@@ -2,23 +2,27 @@
 
 #include <string>
 
+#include "rt/model/identified_model.h"
 #include "rt/model/models.h"
 
 namespace hapticd::study {
 
-/// What a model was identified from, for the report.
+/// What the service's own identifications find on a simulated object.
 struct IdentificationResult {
   rt::ObjectModel model;
   /// What the dissertation's procedure gives: the Hunt-Crossley law from presses up to 6 N (the range of D
   /// Fig. 4.12), the same friction.
   rt::ObjectModel dissertation;
-  double friction_error = 0.0;  ///< mean |error| over mean friction, on the data of the fit
+  rt::IdentifiedModel contact, friction;  ///< that the model is put together from
 };
 
-/// Touches a simulated object as a user would and identifies all that a scene may ask for: presses and taps
-/// at several speeds on one spot for the contact laws, strokes back and forth with the rod for its friction.
-/// Only encoders and sensor are read, never the truth; no force is rendered meanwhile. On the high-force
-/// device with its finer encoders. Throws std::runtime_error where a fit fails.
+/// Does what `identify contact` and `identify friction` request, on the high-force device with its finer
+/// encoders, and puts together what they find as the service does. Only encoders and sensor are read, never
+/// the truth; no force is rendered meanwhile. Minutes of virtual time, seconds of real. Throws
+/// std::runtime_error where an identification fails.
 IdentificationResult identify(const std::string& object);
+
+/// The model of server/model/shipped. Throws std::runtime_error where there is none.
+rt::ObjectModel shipped_model(const std::string& object);
 
 }  // namespace hapticd::study

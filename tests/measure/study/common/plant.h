@@ -15,6 +15,18 @@ namespace hapticd::study {
 sim::Plant current_plant() noexcept;
 void set_current_plant(sim::Plant plant) noexcept;
 
+/// Measures on a family while it lives.
+class OnPlant {
+ public:
+  explicit OnPlant(sim::Plant plant) : before_(current_plant()) { set_current_plant(plant); }
+  ~OnPlant() { set_current_plant(before_); }
+  OnPlant(const OnPlant&) = delete;
+  OnPlant& operator=(const OnPlant&) = delete;
+
+ private:
+  sim::Plant before_;
+};
+
 /// A simulated rig with objects of that family; every study makes its rigs here.
 hal::Result<std::unique_ptr<sim::SimulatedRig>> create_rig(sim::SimulationConfig config);
 

@@ -1,5 +1,7 @@
 #include "tests/measure/study/common/recording_set.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <system_error>
@@ -32,9 +34,9 @@ std::optional<std::filesystem::path> recordings_folder() {
 std::string no_recordings_reason() {
   const char* named = std::getenv(kVariable);
   if (named == nullptr || *named == '\0') {
-    return std::string(kVariable) + " is not set; it names the folder of the recordings";
+    return fmt::format("{} is not set; it names the folder of the recordings", kVariable);
   }
-  return std::string(kVariable) + " names no folder with recordings: '" + named + "'";
+  return fmt::format("{} names no folder with recordings: '{}'", kVariable, named);
 }
 
 const std::vector<std::string>& press_sets() {

@@ -133,7 +133,7 @@ def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> t
     resumed: list[int] = []
 
     def simulate(daemon: Daemon, number: int) -> None:
-        command = [sys.executable, "-m", "hapticd.experiment", "simulate", chosen, "--folder", str(sessions)]
+        command = [sys.executable, "-m", "hapticd.experiment", "simulate", chosen, "--every-trial", "--folder", str(sessions)]
         command += ["--participants", str(participants), "--only", str(number), "--seed", str(SEED)]
         said = ""
         for _ in range(ATTEMPTS):

@@ -15,7 +15,7 @@ namespace {
 
 rt::SceneSpec watcher(rt::SceneSpec scene, double threshold_n) {
   scene.contact.threshold_n = threshold_n;
-  scene.contact.arming_time_ms = 1;  // a force that never rests must not keep it from being wrong
+  scene.contact.arming_time_ms = 5;  // a force that never rests must not keep it from being wrong
   scene.explore.displacement = rt::DisplacementEstimator::kRecursive;
   return scene;
 }

@@ -2,20 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <set>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "rt/signal/vector.h"
-#include "server/model/model_file.h"
+#include "server/scene/scene_file.h"
+#include "tests/measure/report/quantile.h"
 #include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/hands.h"
+#include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/shadow.h"
 #include "tests/measure/study/explore/stroke_judge.h"
-#include "tests/measure/study/identify/shipped_models.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 namespace {
@@ -51,38 +56,69 @@ TEST(StrokeJudge, PassesOverTheTurnOfAStroke) {
   EXPECT_LT(judge.swing_mm(), 0.2);
 }
 
-class Explored : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Objects, Explored, testing::ValuesIn(explored_objects()),
-                         [](const auto& object) { return object.param; });
+using ExploredCase = std::tuple<std::string, sim::Plant, bool>;  // object, family, by the shipped model
 
-TEST_P(Explored, TheBuiltInModelIsTheOneIdentified) {
-  std::stringstream text;
-  text << std::ifstream(std::string(HAPTICD_MODELS) + "/" + GetParam() + ".toml").rdbuf();
-  const auto built_in = server::parse_model(text.str(), GetParam());
-  ASSERT_TRUE(built_in) << built_in.error().text();
-  const rt::ObjectModel fresh = identify_to_ship(GetParam()).model;
-  EXPECT_EQ(built_in->identified_on, fresh.identified_on);
-  EXPECT_NEAR(built_in->rod_friction->kinetic, fresh.rod_friction->kinetic, 0.01);
-  EXPECT_NEAR(built_in->rod_friction->exponent, fresh.rod_friction->exponent, 0.05);
-  ASSERT_EQ(built_in->hunt_crossley.has_value(), fresh.hunt_crossley.has_value());
-  if (fresh.hunt_crossley) {
-    EXPECT_NEAR(built_in->hunt_crossley->parameters.exponent, fresh.hunt_crossley->parameters.exponent, 0.02);
+class Explored : public testing::TestWithParam<ExploredCase> {
+ protected:
+  const std::string& object() const { return std::get<0>(GetParam()); }
+  rt::ObjectModel model() const {
+    return std::get<2>(GetParam()) ? shipped_model(object()) : identified(object()).model;
   }
-  ASSERT_TRUE(built_in->creep && fresh.creep);
-  const rt::CreepLaw of_file(built_in->creep->parameters, 1000.0);
-  const rt::CreepLaw of_now(fresh.creep->parameters, 1000.0);
-  for (const double force_n : {0.5, 2.0, 8.0}) {
-    const double x = of_now.curve(force_n).displacement_mm;
-    EXPECT_NEAR(of_file.curve(force_n).displacement_mm, x, 0.03 * x) << force_n;
+
+ private:
+  OnPlant family_{std::get<1>(GetParam())};
+};
+std::string name_of_explored(const testing::TestParamInfo<ExploredCase>& info) {
+  const auto& [object, plant, shipped] = info.param;
+  return object + "_" + sim::name_of(plant) + (shipped ? "_shipped" : "_identified");
+}
+INSTANTIATE_TEST_SUITE_P(Objects, Explored,
+                         testing::Combine(testing::ValuesIn(explored_objects()),
+                                          testing::Values(sim::Plant::kSeparable, sim::Plant::kGeneral),
+                                          testing::Bool()),
+                         name_of_explored);
+
+TEST(ExploredModels, EveryShippedOneIsWhatTheServiceIdentifies) {
+  std::set<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(HAPTICD_MODELS)) {
+    if (file.path().extension() == ".toml") names.insert(file.path().stem());
+  }
+  EXPECT_EQ(names, std::set<std::string>(explored_objects().begin(), explored_objects().end()));
+  for (const std::string& name : names) {
+    const rt::ObjectModel built_in = shipped_model(name);
+    const rt::ObjectModel fresh = identify(name).model;
+    EXPECT_EQ(built_in.identified_on, fresh.identified_on);
+    ASSERT_TRUE(built_in.rod_friction && fresh.rod_friction) << name;
+    EXPECT_NEAR(built_in.rod_friction->kinetic, fresh.rod_friction->kinetic, 0.01) << name;
+    EXPECT_NEAR(built_in.rod_friction->presliding_mm, fresh.rod_friction->presliding_mm,
+                0.1 * fresh.rod_friction->presliding_mm)
+        << name;
+    EXPECT_NEAR(built_in.rod_friction->exponent, fresh.rod_friction->exponent, 0.05) << name;
+    ASSERT_EQ(built_in.hunt_crossley.has_value(), fresh.hunt_crossley.has_value()) << name;
+    if (fresh.hunt_crossley) {
+      EXPECT_NEAR(built_in.hunt_crossley->parameters.exponent, fresh.hunt_crossley->parameters.exponent, 0.02)
+          << name;
+    }
+    ASSERT_TRUE(built_in.creep && fresh.creep) << name;
+    const rt::CreepLaw of_file(built_in.creep->parameters, 1000.0);
+    const rt::CreepLaw of_now(fresh.creep->parameters, 1000.0);
+    for (const double force_n : {0.5, 2.0, 8.0}) {
+      const double x = of_now.curve(force_n).displacement_mm;
+      EXPECT_NEAR(of_file.curve(force_n).displacement_mm, x, 0.03 * x) << name << ", " << force_n << " N";
+    }
   }
 }
 
-TEST_P(Explored, StiffnessAtTheHandIsWithinFivePercentWherePressed) {
+TEST_P(Explored, StiffnessAtTheHandIsNearTheTargetWherePressed) {
+  // The general family relaxes by another law than the one that is identified. A shipped model is of the
+  // separable object, so on the general one it is another object's.
+  const auto& [name, plant, shipped] = GetParam();
+  const double bound = plant == sim::Plant::kSeparable ? 0.05 : shipped ? 0.25 : 0.12;
+  const rt::ObjectModel known = model();
   for (const double target : {0.3, 0.8}) {
     rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
     scene.target = rt::linear_target(target);
-    VirtualRun run(explore_rig("phantom_1_5_high_force", GetParam(), "ball_bearing"), scene, true,
-                   &identified(GetParam()).model);
+    VirtualRun run(explore_rig("phantom_1_5_high_force", object(), "ball_bearing"), scene, true, &known);
     run.set_hand(pressing(4.0));
     double force_n = 0.0;
     double depth_mm = 0.0;
@@ -92,16 +128,33 @@ TEST_P(Explored, StiffnessAtTheHandIsWithinFivePercentWherePressed) {
       force_n += run.hand_force_n();
       depth_mm += run.truth().displacement_mm;
     }
-    EXPECT_NEAR(force_n / depth_mm, target, 0.05 * target);
+    EXPECT_NEAR(force_n / depth_mm, target, bound * target) << target;
   }
 }
 
-TEST_P(Explored, DirectionAndDisplacementHoldThroughStrokesAndTheirTurns) {
-  for (const bool rod : {true, false}) {
+/// The scenes that explore, from their files.
+std::vector<rt::SceneSpec> shipped_explore_scenes() {
+  std::vector<rt::SceneSpec> scenes;
+  for (const auto& file : std::filesystem::directory_iterator(HAPTICD_SCENES)) {
+    if (file.path().extension() != ".toml") continue;
+    std::stringstream text;
+    text << std::ifstream(file.path()).rdbuf();
+    rt::SceneSpec scene = test::value_of(server::parse_scene(text.str(), file.path().string()));
+    if (scene.kind == rt::SceneKind::kExplore) scenes.push_back(std::move(scene));
+  }
+  return scenes;
+}
+
+TEST_P(Explored, ShippedScenesHoldDirectionAndDisplacementThroughStrokesAndTheirTurns) {
+  constexpr double kDirectionGoalDeg = 8.0;
+  const rt::ObjectModel known = model();
+  const std::vector<rt::SceneSpec> scenes = shipped_explore_scenes();
+  EXPECT_GE(scenes.size(), 4U);
+  for (const rt::SceneSpec& scene : scenes) {
+    const bool rod = scene.tip == rt::Tip::kRod;
     VirtualRun run =
-        unrendered(explore_rig("phantom_1_5_high_force", GetParam(), rod ? "rod" : "ball_bearing"));
-    Shadow shadow(run.info(), explore_scene(rod ? rt::Tip::kRod : rt::Tip::kBallBearing),
-                  identified(GetParam()).model);
+        unrendered(explore_rig("phantom_1_5_high_force", object(), rod ? "rod" : "ball_bearing"));
+    Shadow shadow(run.info(), scene, known);
     sim::HandProgram hand = strokes(4.0, 100.0);
     hand.tilt_deg = 10.0;
     run.set_hand(hand);
@@ -116,11 +169,11 @@ TEST_P(Explored, DirectionAndDisplacementHoldThroughStrokesAndTheirTurns) {
       angles_deg.push_back(std::acos(cosine) * 180.0 / std::numbers::pi);
       errors.push_back(std::abs(shadow.record().displacement_mm / truth.displacement_mm - 1.0));
     }
-    ASSERT_GT(angles_deg.size(), 4000U);
-    std::sort(angles_deg.begin(), angles_deg.end());
-    std::sort(errors.begin(), errors.end());
-    EXPECT_LT(angles_deg[angles_deg.size() * 95 / 100], rod ? 10.0 : 4.0);
-    EXPECT_LT(errors[errors.size() / 2], 0.05);
+    ASSERT_GT(angles_deg.size(), 4000U) << scene.name;
+    EXPECT_LT(report::quantile(angles_deg, 0.95), rod ? kDirectionGoalDeg : 0.5 * kDirectionGoalDeg)
+        << scene.name;
+    // The goal is 2 %; the figures say how far it is.
+    EXPECT_LT(report::quantile(errors, 0.5), 0.05) << scene.name;
   }
 }
 
@@ -174,24 +227,32 @@ TEST(ExploredStability, AStiffBallThatIsSoftenedMuchIsStrokedWithoutASwing) {
 }
 
 TEST(ExploredStability, IsLostInTheEnd) {
-  // The judge must be able to fail: no loop with these delays holds a target of 60 times the object.
+  // The judge must be able to fail: no loop with these delays holds a target of 60 times the object. The
+  // evidence would keep the force small.
   const IdentificationResult& foam = identified("foam_ball_3d");
-  EXPECT_GT(swing_mm("foam_ball_3d", explore_scene(rt::Tip::kBallBearing), foam.model, 20.0), 0.5);
+  rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
+  scene.contact.evidence.required = false;
+  EXPECT_GT(swing_mm("foam_ball_3d", scene, foam.model, 20.0), 0.5);
 }
 
 TEST(ExploredContact, IsRegainedAfterABounce) {
-  // A bare weight bounces on a hard target; once it rests, it is rendered again.
-  rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
-  scene.target = rt::linear_target(1.18);
-  VirtualRun run(explore_rig("phantom_1_0", "rubber_ball_3d", "ball_bearing"), scene, true,
-                 &identified("rubber_ball_3d").model);
-  sim::HandProgram weight;
-  weight.kind = sim::HandProgram::Kind::kWeight;
-  run.set_hand(weight);
-  while (run.time_s() < 8.0) run.step();
-  ASSERT_TRUE(run.truth().in_contact);
-  EXPECT_TRUE(run.record().in_contact);
-  EXPECT_NEAR(run.record().displacement_mm, run.truth().displacement_mm, 0.1 * run.truth().displacement_mm);
+  // A bare weight bounces on a hard target; once it rests, it is rendered again. From about 1.2 N/mm on this
+  // arm swings so much in each bounce that the path contradicts the reaction; then status asks to lift the
+  // tool.
+  for (const double target : {0.5, 0.8, 0.9, 1.0, 1.1}) {
+    rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
+    scene.target = rt::linear_target(target);
+    VirtualRun run(explore_rig("phantom_1_0", "rubber_ball_3d", "ball_bearing"), scene, true,
+                   &identified("rubber_ball_3d").model);
+    sim::HandProgram weight;
+    weight.kind = sim::HandProgram::Kind::kWeight;
+    run.set_hand(weight);
+    while (run.time_s() < 8.0) run.step();
+    ASSERT_TRUE(run.truth().in_contact) << target;
+    EXPECT_TRUE(run.record().in_contact) << target;
+    EXPECT_NEAR(run.record().displacement_mm, run.truth().displacement_mm, 0.1 * run.truth().displacement_mm)
+        << target;
+  }
 }
 
 }  // namespace

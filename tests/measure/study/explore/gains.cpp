@@ -26,6 +26,7 @@ Response respond(const sim::SimulationConfig& rig, const rt::ObjectModel& model,
   // Laid down on the object as it is, so that it does not bounce before the target is what is asked.
   scene.target = rt::linear_target(sim::object_preset(rig.object)->material.stiffness_at_4n_n_per_mm);
   scene.controller = gains;
+  scene.seeks_ultimate_gain = true;
   scene.explore.passivity = false;        // it would hold what is to be found
   scene.compensation.back_drive = false;  // so would the lack of friction be, for a bare weight
   VirtualRun run(rig, scene, true, &model);

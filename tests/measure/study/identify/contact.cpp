@@ -9,10 +9,10 @@
 #include "server/identification/session/contact/contact_identification.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
+#include "tests/measure/study/common/simulated_session.h"
 #include "tests/measure/study/identify/contact_methods.h"
 #include "tests/measure/study/identify/contact_palpation.h"
 #include "tests/measure/study/identify/identify_study.h"
-#include "tests/measure/study/identify/simulated_session.h"
 
 namespace hapticd::study {
 

@@ -4,13 +4,13 @@
 
 #include "server/identification/estimate/contact/surface_scan.h"
 #include "server/identification/session/friction_identification.h"
-#include "tests/reference/friction_combination.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
+#include "tests/measure/study/common/simulated_session.h"
 #include "tests/measure/study/identify/friction_rendered.h"
 #include "tests/measure/study/identify/friction_validation.h"
 #include "tests/measure/study/identify/identify_study.h"
-#include "tests/measure/study/identify/simulated_session.h"
+#include "tests/reference/friction_combination.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

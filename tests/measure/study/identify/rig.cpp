@@ -15,8 +15,8 @@
 #include "server/identification/session/threshold_identification.h"
 #include "server/identification/session/tool_identification.h"
 #include "tests/measure/study/common/plant.h"
+#include "tests/measure/study/common/simulated_session.h"
 #include "tests/measure/study/identify/identify_study.h"
-#include "tests/measure/study/identify/simulated_session.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

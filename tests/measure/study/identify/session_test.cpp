@@ -2,7 +2,7 @@
 
 #include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/friction_identification.h"
-#include "tests/measure/study/identify/simulated_session.h"
+#include "tests/measure/study/common/simulated_session.h"
 
 namespace hapticd::study {
 namespace {

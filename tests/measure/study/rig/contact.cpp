@@ -117,7 +117,7 @@ void run_thresholds(StudyContext& context) {
       rt::ContactParameters parameters;
       parameters.method = method;
       parameters.threshold_n = threshold;
-      parameters.arming_time_ms = 1;  // a force that never rests must not keep the detector from being wrong
+      parameters.arming_time_ms = 5;  // a force that never rests must not keep the detector from being wrong
       watchers.push_back({threshold, method, rt::ContactDetector(parameters, rig.rate_hz)});
     }
   }

@@ -139,15 +139,16 @@ TEST(StabilityTrial, TheSoftestTargetsKeepTheSensorWithinItsRange) {
 }
 
 // A bare weight has no damping of its own: what the compensations take away of the loop's must leave some,
-// also on the path of the target from soft to the largest that is granted.
-TEST(StabilityTrial, AWeightExploringSoftFoamStaysAtRestUpToTheLargestTarget) {
+// also on the path of the target from soft to nearly the largest that is granted. At that one, 1.0, and at 0.85 N/mm
+// a bare weight swings on by 0.4 and 0.14 mm; a hand damps it.
+TEST(StabilityTrial, AWeightExploringSoftFoamStaysAtRestOnStiffTargets) {
   StabilityTrial trial = explore_trial("phantom_1_0", sim::object_preset("foam_ball_3d").value(),
                                        identified("foam_ball_3d").model);
   trial.weight = true;
   ASSERT_EQ(granted_n_per_mm(trial), 1.0);
-  for (const double target : {0.75, 1.0}) {
+  for (const double target : {0.75, 0.8, 0.85, 0.9, 0.95, 1.0}) {
     const TrialOutcome outcome = run_trial(trial, target);
-    EXPECT_TRUE(is_stable(outcome.verdict)) << target << " N/mm: " << to_text(outcome.verdict);
+    EXPECT_TRUE(is_stable(outcome.verdict)) << target << " N/mm: " << to_text(outcome.verdict) << ", " << outcome.swing_mm << " mm, " << outcome.swing_n << " N";
   }
 }
 

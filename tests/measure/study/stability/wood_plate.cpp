@@ -255,8 +255,11 @@ void run_touch(StudyContext& context) {
     for (const Remedy& remedy : remedies()) {
       if (remedy.name == std::string(touch.remedy)) remedy.apply(trial);
     }
-    // A controller that never moves renders nothing and is, but for that, the same loop.
-    if (!touch.rendered) trial.scene.controller = {rt::ControlLaw::kClosedLoop, 1e-9, 0.0};
+    // With a limit below all that is felt nothing is rendered, in what is, but for that, the same loop.
+    if (!touch.rendered) {
+      trial.scene.guard.max_force_n = 1e-6;
+      trial.scene.guard.max_force_rate_n_per_s = 1.0;
+    }
     std::vector<double> force(points, 0.0);
     run_trial(trial, trial.object_n_per_mm(), [&](double since_s, const hal::TruthSample& truth) {
       const auto at = static_cast<std::size_t>(since_s / kShownStepS);

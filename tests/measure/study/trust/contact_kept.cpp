@@ -111,7 +111,8 @@ Contacts touch(const ContactCase& contact, const TrustModels& models) {
   const auto rig = value_of(create_rig(config));
   rt::SceneSpec spec = trust_scene(contact.trial);
   spec.target = rt::linear_target(0.4);
-  const rt::SceneSpec scene = value_of(rt::resolve(spec, rig->info()));
+  rt::SceneSpec scene = value_of(rt::resolve(spec, rig->info()));
+  if (contact.trial.published) scene.guard.renders_real_object = false;  // it had no such guard
   const auto pipeline =
       value_of(rt::compose(scene, rig->info(), contact.trial.published ? models.published : models.ours));
   rt::Renderer renderer(scene.guard, contact.trial.rate_hz);

@@ -129,6 +129,24 @@ std::vector<TrustCause> make_causes() {
     set(rig, "sensor_drift_n_per_s", 2e-3);
     set(rig, "sensor_drift_wanders", 1.0);
   }).duration_s = 60.0;
+  static const std::vector<double> kJumpsN{0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1, 2, 3};
+  add("zero_jump", kJumpsN, "N", [](SimulationConfig& rig, double newtons) {
+    set(rig, "sensor_step_n", newtons);
+    set(rig, "sensor_step_interval_s", 3.3);
+  }, {0.3, 1});
+  add("zero_jump_each_second", kJumpsN, "N", [](SimulationConfig& rig, double newtons) {
+    set(rig, "sensor_step_n", newtons);
+    set(rig, "sensor_step_interval_s", 0.97);
+  }, {0.15, 3});
+  const std::size_t touched = all.size();
+  add("zero_jump_touched", kJumpsN, "N", [](SimulationConfig& rig, double newtons) {
+    set(rig, "sensor_step_n", newtons);
+    set(rig, "sensor_step_interval_s", 0.73);
+  }, {0.2, 0.5, 2});
+  for (std::size_t i = touched; i < all.size(); ++i) {
+    all[i].motion = TrustMotion::kPressOften;
+    all[i].needs_object = true;
+  }
   add("zero_step", {20, 50}, "mN",
       [](SimulationConfig& rig, double mn) {
         set(rig, "sensor_step_n", 1e-3 * mn);
@@ -213,13 +231,13 @@ std::vector<TrustCause> make_causes() {
                 {.kind = sim::ObjectEvent::Kind::kMove, .move_mm = {0.0, 0.0, -30.0}, .duration_s = 0.3});
       },
       false);
-  for (const double force_n : {0.06, 0.16, 0.4, 1.0, 2.0}) {
+  for (const double force_n : {0.06, 0.1, 0.16, 0.3, 0.4, 1.0, 2.0, 3.0}) {
     TrustCause& cause = single("biased_while_pressed", [](SimulationConfig&, double) {});
     cause.level = text(force_n) + " N";
     cause.motion = TrustMotion::kPressOften;
     cause.needs_object = true;
     cause.biased_at_n = force_n;
-    cause.in_test = force_n == 0.16;
+    cause.in_test = force_n == 0.16 || force_n == 1.0;
   }
   on_object(
       "slid_off_its_edge", TrustMotion::kStroke,

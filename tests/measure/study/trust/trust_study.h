@@ -7,6 +7,9 @@ namespace hapticd::study {
 /// Largest and longest force in free air, for every cause on every scene, device and rate.
 void run_free_air(StudyContext& context);
 
+/// Largest force in free air and largest step over all scenes, targets and stored models that are accepted.
+void run_settings(StudyContext& context);
+
 /// Real taps and presses under the same causes: what is missed, dropped, and how late it is found.
 void run_contact_kept(StudyContext& context);
 

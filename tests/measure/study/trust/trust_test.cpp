@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/model/model_file.h"
+#include "tests/measure/study/trust/settings_search.h"
 #include "tests/measure/study/trust/trust_trial.h"
 #include "tests/support/free_air_judge.h"
 #include "tests/support/value_of.h"
@@ -69,6 +70,17 @@ TEST_P(NothingThere, NothingFelt) {
   ASSERT_GT(outcome.free_s, 3.0) << "there was free air to be judged";
   EXPECT_LE(outcome.max_n, FreeAirJudge::kMaxN) << "at " << outcome.max_at_s << " s";
   EXPECT_LE(outcome.longest_ms, 1e3 * FreeAirJudge::kWithinS) << "at " << outcome.longest_at_s << " s";
+}
+
+/// The whole search is the study's part "settings".
+TEST(AcceptedSettings, NeverPushInFreeAir) {
+  for (std::uint64_t seed = 1001; seed <= 1012; ++seed) {
+    std::string hardest;
+    const SettingsOutcome outcome = search_settings(seed, 15, foam(), &hardest);
+    EXPECT_EQ(outcome.scenes, 15.0);
+    EXPECT_GT(outcome.free_s, 0.5);
+    EXPECT_LE(outcome.free_air_max_n, FreeAirJudge::kMaxN) << seed << "\n" << hardest;
+  }
 }
 
 TEST(FreeAirJudge, LetsAContactAnswerFor20MsAndNoLonger) {

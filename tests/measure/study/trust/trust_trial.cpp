@@ -188,7 +188,8 @@ sim::SimulationConfig trust_rig(const TrustCase& trial) {
 TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, std::vector<TrustTick>* trace,
                             double trace_from_s, double trace_to_s) {
   const auto rig = value_of(sim::SimulatedRig::create(trust_rig(trial)));
-  const rt::SceneSpec scene = value_of(rt::resolve(trust_scene(trial), rig->info()));
+  rt::SceneSpec scene = value_of(rt::resolve(trust_scene(trial), rig->info()));
+  if (trial.published) scene.guard.renders_real_object = false;  // it had no such guard
   const auto pipeline =
       value_of(rt::compose(scene, rig->info(), trial.published ? models.published : models.ours));
   rt::Renderer renderer(scene.guard, trial.rate_hz);

@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
+#include "client/cli/commands/commands.h"
 #include "client/cli/session/session.h"
+#include "client/cli/text/command_words.h"
+#include "hapticd/v1/pose.pb.h"
 #include "hapticd/v1/rig.pb.h"
 
 namespace hapticd::cli {
@@ -24,6 +29,36 @@ TEST(Names, GroupsAreParsedOnce) {
   EXPECT_EQ(parse_groups("Truth,contact,truth"),
             (std::vector{v1::FIELD_GROUP_TRUTH, v1::FIELD_GROUP_CONTACT}));
   EXPECT_TRUE(parse_groups("").empty());
+}
+
+TEST(CommandWords, TakeThePlaceOfTheContract) {
+  const auto remedy = [](const std::string& text) {
+    v1::ErrorDetail detail;
+    detail.set_remedy(text);
+    return in_command_words(detail).remedy();
+  };
+  EXPECT_EQ(remedy("load one first (SceneService.LoadScene)"), "load one first (hapticctl scene load NAME)");
+  EXPECT_EQ(remedy("SafetyService/Clear, then again"), "hapticctl clear, then again");
+  ASSERT_NE(v1::PoseFrame_descriptor(), nullptr);  // or this program has no word of poses
+  EXPECT_EQ(remedy("ask for POSE_FRAME_RIG"), "ask for rig");
+  EXPECT_EQ(remedy("SetTargetRequest.stiffness_n_per_mm"), "stiffness_n_per_mm");
+  EXPECT_EQ(remedy("UnheardOfService.Call, SCHED_FIFO, [rig.sim]"),
+            "UnheardOfService.Call, SCHED_FIFO, [rig.sim]");
+}
+
+TEST(CommandWords, NameCommandsThatExist) {
+  Session session{.server = "127.0.0.1:50051"};
+  CLI::App app;
+  build_app(app, session);
+  for (const std::string& line : contract_commands()) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    const CLI::App* at = &app;
+    while (words >> word && word.front() >= 'a') {
+      ASSERT_NO_THROW(at = at->get_subcommand(word)) << line;
+    }
+  }
 }
 
 TEST(Names, AnUnknownGroupIsNamed) {

@@ -53,7 +53,10 @@ TEST(LiveState, WaitsUntilTheToolIsFree) {
   v1::RigState state = healthy();
   state.set_detection_force_n(0.1234);
   state.set_contact_reason(v1::CONTACT_REASON_AWAITING_FREE);
-  EXPECT_EQ(reported(state), "waiting until nothing touches the tool: 0.12 N remain");
+  EXPECT_EQ(reported(state), "waiting until nothing touches the tool: 0.12 N remain; move it in free air");
+  state.set_detection_force_n(-0.003);
+  EXPECT_EQ(reported(state), "waiting to see the tool in free air: move it by some millimetres");
+  state.set_detection_force_n(0.1234);
   state.set_contact_reason(v1::CONTACT_REASON_WITHDRAWN);
   EXPECT_EQ(reported(state), "what was felt was no object; waiting until 0.12 N are gone");
 }
@@ -133,7 +136,7 @@ TEST(LiveState, ATelemetrySampleSaysTheSame) {
   EXPECT_EQ(reported(sample), "free");
   contact.set_reason(v1::CONTACT_REASON_AWAITING_FREE);
   contact.set_detection_force_n(0.5);
-  EXPECT_EQ(reported(sample), "waiting until nothing touches the tool: 0.50 N remain");
+  EXPECT_EQ(reported(sample), "waiting until nothing touches the tool: 0.50 N remain; move it in free air");
   contact.set_reason(v1::CONTACT_REASON_ABOVE_THRESHOLD);
   contact.set_in_contact(true);
   contact.set_authority(0.0);
@@ -155,7 +158,7 @@ TEST(SensorZeroText, SaysHowFarAndWhatToDo) {
   EXPECT_EQ(sensor_zero_words(state), followed);
   state.add_faults_present(v1::GUARD_FAULT_SENSOR_ZERO_FAR);
   EXPECT_EQ(sensor_zero_words(state),
-            followed + ": far; hapticctl sensor bias, with the tool free and at rest");
+            followed + ": far, or it reads something in motion; hapticctl sensor bias, with the tool free and at rest");
   state.add_faults_present(v1::GUARD_FAULT_SENSOR_ZERO_LOST);
   EXPECT_NE(sensor_zero_words(state).find("at the bound"), std::string::npos);
   state.clear_followed_zero_n();

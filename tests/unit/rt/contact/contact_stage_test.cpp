@@ -53,6 +53,7 @@ class Line {
   const ContactDetector& detector() const { return stage_.detector(); }
   const ContactStage& stage() const { return stage_; }
   double largest_authority() const { return largest_; }
+  double contact_depth_mm() const { return contact_depth_mm_; }
 
  private:
   double period_s_;
@@ -147,6 +148,20 @@ TEST(ContactStage, ABounceIsFollowedByTheNextContact) {
   for (int i = 0; i < 200; ++i) line.tick(0.01 * i, 0.02 * i);
   EXPECT_TRUE(line.stage().in_contact());
   EXPECT_EQ(line.stage().authority(), 1.0);
+}
+
+TEST(ContactStage, AToolThatComesDownWhileItStillRingsIsSeenWhereItLands) {
+  Line line;
+  for (int i = 0; i < 100; ++i) line.tick(-5.0, 0.0);
+  // What is declared above the object is withdrawn; the arm rings on beyond the threshold every few ticks.
+  for (int i = 0; i < 60; ++i) line.tick(-5.0 + 0.06 * i, 0.05);
+  ASSERT_EQ(line.detector().reason(), ContactReason::kWithdrawn);
+  for (int i = 0; i < 120; ++i) line.tick(-1.4 + 0.01 * i, 0.12 * std::sin(0.15 * i));
+  ASSERT_EQ(line.detector().reason(), ContactReason::kWithdrawn) << "never quiet for 20 ms";
+  for (int i = 0; i < 100; ++i) line.tick(-0.2 + 0.03 * i, std::max(0.0, 0.4 * (-0.2 + 0.03 * i)));
+  EXPECT_TRUE(line.stage().in_contact());
+  EXPECT_EQ(line.stage().authority(), 1.0);
+  EXPECT_NEAR(line.contact_depth_mm(), 0.0, 0.3);
 }
 
 }  // namespace

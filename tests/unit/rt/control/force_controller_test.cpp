@@ -83,6 +83,33 @@ TEST(DefaultGains, AreTheDevicesTheOneWhoDrivesIt) {
             default_gains("phantom_premium_1_5").proportional_gain);
 }
 
+TEST(ForceController, SettlesWithin20MsWithoutRinging) {
+  const auto settles = [](double gain, double derivative_ms, double rate_hz) {
+    return gains_settle({ControlLaw::kClosedLoop, gain, derivative_ms}, rate_hz);
+  };
+  for (const double rate_hz : {500.0, 1000.0, 5000.0, 10000.0}) {
+    const double least = 1.0 / (0.02 * rate_hz);
+    EXPECT_TRUE(settles(least, 0.0, rate_hz)) << rate_hz;
+    EXPECT_FALSE(settles(0.99 * least, 0.0, rate_hz)) << rate_hz;
+    for (const char* device : {"phantom_1_0", "phantom_1_5_high_force"}) {
+      EXPECT_TRUE(gains_settle(default_gains(device), rate_hz)) << device << rate_hz;
+    }
+  }
+  EXPECT_FALSE(settles(0.02, 0.98, 1000.0)) << "stable, and slow";
+  EXPECT_FALSE(settles(0.1, -0.95, 1000.0)) << "stable, and swings";
+  EXPECT_FALSE(settles(1.9, 0.0, 1000.0)) << "stable, and alternates";
+  EXPECT_FALSE(settles(std::nan(""), 0.0, 1000.0));
+  EXPECT_TRUE(gains_settle({ControlLaw::kOpenLoop, 0.0, 0.0}, 1000.0));
+  // What it promises: a step is followed to 5 % within 60 ms.
+  for (const double gain : {0.05, 0.2, 1.0, 1.7}) {
+    for (const double derivative_ms : {-0.5, -0.1, 0.0, 0.1, 0.3}) {
+      const ControllerParameters p{ControlLaw::kClosedLoop, gain, derivative_ms};
+      if (!gains_settle(p, 1000.0)) continue;
+      EXPECT_NEAR(run(p, 1000.0, 61), 1.0, 0.06) << gain << ", " << derivative_ms;
+    }
+  }
+}
+
 TEST(ForceController, ABoundedCommandDoesNotWindUp) {
   ForceController controller(default_gains("phantom_1_0"), 1000.0);
   for (int i = 0; i < 100000; ++i) controller.applied(std::min(8.5, controller.update(50.0)));

@@ -28,10 +28,28 @@ TEST(TargetLaw, LinearIsHookes) {
 }
 
 TEST(TargetLaw, HuntCrossleyIsItsClosedForm) {
-  const TargetLaw law = power_law(0.2, 0.001, 1.7);
-  EXPECT_NEAR(law.force_n(4.0, 30.0, {}), (0.2 + 0.001 * 30.0) * std::pow(4.0, 1.7), 1e-12);
-  EXPECT_EQ(law.force_n(4.0, -1000.0, {}), 0.0) << "it does not pull";
+  const TargetLaw law = power_law(0.2, 2e-4, 1.7);
+  EXPECT_NEAR(law.force_n(4.0, 30.0, {}), (0.2 + 2e-4 * 30.0) * std::pow(4.0, 1.7), 1e-12);
+  EXPECT_EQ(law.force_n(4.0, -2000.0, {}), 0.0) << "it does not pull";
   EXPECT_EQ(law.force_n(-1.0, 0.0, {}), 0.0);
+}
+
+TEST(TargetLaw, ItsDampingIsHeldToWhatIsPassiveAtTheLoopsRate) {
+  TargetLaw law = power_law(0.2, 0.005, 2.0);
+  EXPECT_FALSE(check(law, "test"));
+  const double elastic_n = 0.2 * 16.0;
+  EXPECT_NEAR(law.force_n(4.0, 100.0, {}) - elastic_n, 100.0 * kMaxTargetDampingNsPerMm, 1e-12);
+  EXPECT_NEAR(law.force_n(0.5, 100.0, {}) - 0.05, 100.0 * 0.005 * 0.25, 1e-12) << "less as it is";
+  EXPECT_EQ(damping_n_s_per_mm(law, 4.0), kMaxTargetDampingNsPerMm);
+  EXPECT_EQ(damping_n_s_per_mm(linear_target(1.0), 4.0), 0.0);
+  EXPECT_EQ(max_target_damping_n_s_per_mm(5000.0), kMaxTargetDampingNsPerMm);
+  EXPECT_EQ(max_target_damping_n_s_per_mm(500.0), 0.5 * kMaxTargetDampingNsPerMm);
+  for (const double damping : {0.0051, 0.1, 10.0, std::nan("")}) {
+    law = power_law(0.2, damping, 1.0);
+    const auto error = check(law, "test");
+    ASSERT_TRUE(error) << damping;
+    EXPECT_NE(error->what.find("hunt_crossley.damping_n_s_per_mm_m1"), std::string::npos);
+  }
 }
 
 TEST(TargetLaw, ADisplacementProfileIsTheIntegralOfItsStiffness) {

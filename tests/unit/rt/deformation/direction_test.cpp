@@ -270,6 +270,49 @@ TEST(Direction, AForceThatFlipsIsFollowedOrIgnoredButNeverLeavesTheSphere) {
   }
 }
 
+/// Of a filter that slid one way and then `path_mm` the other.
+struct FilterStep {
+  double before = 0.0, after = 0.0;  ///< friction coefficient around the second slide
+  double covariance_kept = 0.0;      ///< covariance after over before
+  double variance_before = 0.0, variance_after = 0.0;
+};
+FilterStep turned_filter(const FrictionParameters& friction, double path_mm, double start) {
+  const hal::Vector3 up{0.0, 0.0, 1.0};
+  DahlFilter filter(friction);
+  filter.begin(0.01);
+  filter.predict({{-0.05, 0.0, 0.0}, 0.05, 1.0}, up, 0.0, 0.0);
+  filter.scale(start / filter.coefficient().x);
+  FilterStep step{filter.coefficient().x, 0.0, filter.covariance(), filter.variance(), 0.0};
+  filter.predict({{path_mm, 0.0, 0.0}, path_mm, 1.0}, up, 0.0, 0.0);
+  step.after = filter.coefficient().x;
+  step.covariance_kept = filter.covariance() / step.covariance_kept;
+  step.variance_after = filter.variance();
+  return step;
+}
+
+TEST(DahlFilter, PropagatesItsErrorByTheLawsOwnDerivatives) {
+  constexpr double kNudge = 1e-5;
+  for (const double exponent : {0.5, 0.8, 1.0, 1.5, 2.3, 3.0}) {
+    for (const double path_mm : {0.002, 0.02, 0.06}) {
+      for (const double relative_error : {0.0, 2.0}) {
+        const auto trial = [&](double start, double presliding_share) {
+          return turned_filter({0.8, 0.1 * presliding_share, 0.0, exponent, {}, relative_error}, path_mm,
+                               start);
+        };
+        const FilterStep step = trial(-0.5, 1.0);
+        const double by_start =
+            (trial(-0.5 + kNudge, 1.0).after - trial(-0.5 - kNudge, 1.0).after) / (2.0 * kNudge);
+        const double by_presliding =
+            (trial(-0.5, 1.0 + kNudge).after - trial(-0.5, 1.0 - kNudge).after) / (2.0 * kNudge);
+        EXPECT_NEAR(step.covariance_kept, by_start, 1e-6) << "exponent " << exponent << ", " << path_mm;
+        const double error = std::max(DahlFilter::kMinPreslidingError, relative_error) * by_presliding;
+        EXPECT_NEAR(step.variance_after, by_start * by_start * step.variance_before + error * error, 1e-6)
+            << "exponent " << exponent << ", " << path_mm << " mm, ε " << relative_error;
+      }
+    }
+  }
+}
+
 TEST(TrackedDirection, OnceSettledItTurnsNoFasterThanASurfaceCan) {
   constexpr double kFastestRadPerS = 7.0;
   for (const double rate_hz : {1000.0, 5000.0}) {

@@ -60,7 +60,8 @@ class Bench {
   }
   /// By a pipeline, from tick to tick.
   static bool noticed_only(GuardFault fault) {
-    return fault == GuardFault::kSensorZeroFar || fault == GuardFault::kSensorZeroLost;
+    return fault == GuardFault::kSensorZeroFar || fault == GuardFault::kSensorZeroLost ||
+           fault == GuardFault::kSensorJumped;
   }
 
   Guard& guard() { return guard_; }

@@ -53,7 +53,7 @@ class Mischief {
       TargetLaw law;
       law.kind = static_cast<TargetLaw::Kind>(pick(4));
       law.stiffness_n_per_mm = pick(1000);
-      law.hunt_crossley = {0.01 * pick(300), 0.001 * pick(10), 1.0 + 0.5 * pick(5)};
+      law.hunt_crossley = {0.01 * pick(300), 0.0005 * pick(11), 1.0 + 0.5 * pick(5)};
       law.knots[0] = {0.0, 0.1 * pick(100)};
       law.knots[1] = {4.0, 0.1 * pick(100)};
       law.knot_count = 2;

@@ -91,9 +91,9 @@ TEST(TapPipeline, LoadedUnderPressureWaitsForTheToolToComeFree) {
   EXPECT_FALSE(record.in_contact);
   EXPECT_EQ(record.contact_reason, ContactReason::kAwaitingFree);
   EXPECT_EQ(record.device_command_n.z, 0.0) << "no jolt: where the surface is, no one knows yet";
-  bench.press(5.0, -2.0, 0.4, 1000);
-  bench.press(-2.0, -2.0, 0.4, 200);
-  record = bench.press(-2.0, 3.0, 0.4, 1000);
+  bench.press(5.0, -5.0, 0.4, 1000);
+  bench.press(-5.0, -5.0, 0.4, 200);
+  record = bench.press(-5.0, 3.0, 0.4, 1000);
   EXPECT_TRUE(record.in_contact);
 }
 
@@ -250,11 +250,12 @@ TEST(Renderer, SurvivesAnySequenceOfSamples) {
         if (dice(random) == 0) bench.renderer().clear();
         if (dice(random) == 0) bench.renderer().set_target(linear_target(std::abs(wild(random))), 0.05);
       }
-      // Good samples again: free, then pressing.
+      // Good samples again: free and lifted once, which proves the zero, then pressing.
       bench.press(-5.0, -5.0, 0.4, 300);
       ASSERT_TRUE(bench.renderer().clear());
       bench.renderer().set_target(linear_target(0.7), 0.0);
-      bench.press(-5.0, -5.0, 0.4, 600);
+      bench.press(-5.0, -25.0, 0.4, 600);
+      bench.press(-25.0, -5.0, 0.4, 2000);
       const TickRecord back = bench.press(-5.0, 3.0, 0.4, 1000);
       ASSERT_TRUE(back.in_contact) << "round " << round;
       // The tap adds (0.7 - 0.4) N/mm, the wall all of its 0.7; both see through the bending structure.

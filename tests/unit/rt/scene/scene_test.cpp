@@ -37,6 +37,18 @@ TEST(Scene, TakesFromTheDeviceWhatItLeavesOpen) {
   EXPECT_EQ(resolve(named(), strong)->controller.proportional_gain, 1.05);
 }
 
+TEST(Scene, TellsTheGuardTheToolThatTheRigKnows) {
+  hal::RigInfo knows = rig();
+  knows.sensor.tool_mass_g = 12.0;
+  SceneSpec spec = named();
+  spec.tool_mass_g = 500.0;
+  EXPECT_EQ(resolve(spec, knows)->guard.tool.tool_mass_g, 12.0);
+  EXPECT_EQ(resolve(spec, knows)->guard.tool.mass_error_g, 488.0) << "or the scene is right: neither is a load";
+  knows.sensor.tool_mass_g = 0.0;
+  EXPECT_EQ(resolve(spec, knows)->guard.tool.tool_mass_g, 500.0);
+  EXPECT_EQ(resolve(spec, knows)->guard.tool.mass_error_g, 0.0);
+}
+
 TEST(Scene, NormalisesThePressAxis) {
   SceneSpec spec = named();
   spec.press_axis = {0.0, 3.0, -4.0};
@@ -56,15 +68,23 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
   const auto target = [](SceneSpec& s, double v) { s.target.stiffness_n_per_mm = v; };
   const auto threshold = [](SceneSpec& s, double v) { s.contact.threshold_n = v; };
   const auto gain = [](SceneSpec& s, double v) { s.controller.proportional_gain = v; };
+  const auto ratio = [](SceneSpec& s, double v) { s.contact.release_ratio = v; };
+  const auto release = [](SceneSpec& s, double v) { s.contact.release_time_ms = v; };
+  const auto lowest = [](SceneSpec& s, double v) { s.contact.evidence.lowest_stiffness_n_per_mm = v; };
   const auto axis = [](SceneSpec& s, double v) { s.press_axis = {0.0, 0.0, v}; };
   const auto force = [](SceneSpec& s, double v) { s.guard.max_force_n = v; };
+  const auto rate = [](SceneSpec& s, double v) { s.guard.max_force_rate_n_per_s = v; };
   const auto mass = [](SceneSpec& s, double v) { s.tool_mass_g = v; };
   for (const Case& c :
        {Case{"stiffness_n_per_mm", target, nan}, Case{"stiffness_n_per_mm", target, -0.1},
         Case{"target's stiffness", target, 21.0}, Case{"target.stiffness_n_per_mm", target, 2.9},
         Case{"contact.threshold_n", threshold, 5e-5}, Case{"contact.threshold_n", threshold, nan},
+        Case{"control.proportional_gain", gain, 0.049}, Case{"control.proportional_gain", gain, 1e-4},
+        Case{"control.proportional_gain", gain, 1.9}, Case{"contact.release_ratio", ratio, 1.0},
+        Case{"contact.release_time_ms", release, 0.1}, Case{"contact.lowest_stiffness_n_per_mm", lowest, 10.0},
         Case{"control.proportional_gain", gain, 2.5}, Case{"control.proportional_gain", gain, -1.0},
         Case{"press_axis", axis, 0.0}, Case{"press_axis", axis, nan}, Case{"guard.max_force_n", force, 9.0},
+        Case{"guard.max_force_rate_n_per_s", rate, 1701.0}, Case{"guard.max_force_rate_n_per_s", rate, nan},
         Case{"tool.mass_g", mass, nan}}) {
     SceneSpec spec = named();
     spec.max_target_stiffness_n_per_mm = 20.0;

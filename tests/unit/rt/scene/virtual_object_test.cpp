@@ -197,7 +197,7 @@ TEST(WallPipeline, DampingHoldsBackOnTheWayInAndNeverPulls) {
   spec.target.hunt_crossley = {0.05, 0.002, 1.5};
   Bench bench(spec);
   bench.press(-5.0, 0.0, 0.0, 500);
-  const TickRecord in = bench.press(0.0, 5.0, 0.0, 100);
+  const TickRecord in = bench.press(0.0, 5.0, 0.0, 20);  // 250 mm/s
   const TickRecord rest = bench.press(5.0, 5.0, 0.0, 300);
   const TickRecord out = bench.press(5.0, 4.0, 0.0, 5);
   EXPECT_GT(in.desired_force_n * -1.0, 1.5 * -rest.desired_force_n);

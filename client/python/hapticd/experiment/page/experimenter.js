@@ -30,17 +30,24 @@ function show(state) {
   element("page").dataset.good = String(Boolean(state.page));
   const noise = state.noise ?? {};
   element("noise").textContent = noise.state === "running" ? `on, level ${noise.gain}` : noise.state ?? "–";
-  element("rig").textContent = state.rig || "ready";
-  element("rig").dataset.good = String(!state.rig);
+  const fault = (state.fault ?? "").replaceAll("_", " ");
+  element("rig").textContent = fault ? `no force: ${fault}` : state.rig || "ready";
+  element("rig").dataset.good = String(!fault && !state.rig);
+  element("cleared").hidden = !fault;
+  element("clear_refused").textContent = state.clear_refused ?? "";
 }
 
-element("abort").addEventListener("click", () => {
+function send(message) {
   fetch(`/act?key=${key}`, {
     method: "POST",
     headers: { "X-Hapticd": "1", "Content-Type": "application/json" },
-    body: JSON.stringify({ do: "abort" }),
+    body: JSON.stringify(message),
   }).catch(() => {});
-});
+}
+
+element("clear").addEventListener("click", () => send({ do: "clear" }));
+
+element("abort").addEventListener("click", () => send({ do: "abort" }));
 
 const events = new EventSource(`/events?key=${key}`);
 events.onmessage = (event) => show(JSON.parse(event.data));

@@ -58,6 +58,7 @@ hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& rec
   }
   hal::RigInfo info;
   info.kind = hal::RigKind::kReplay;
+  info.has_external_position = true;
   info.renders_force = false;
   if (!steps.empty()) {
     const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);

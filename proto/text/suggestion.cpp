@@ -1,9 +1,9 @@
-#include "server/text/suggestion.h"
+#include "proto/text/suggestion.h"
 
 #include <algorithm>
 #include <numeric>
 
-namespace hapticd::server {
+namespace hapticd::text {
 
 namespace {
 
@@ -70,4 +70,4 @@ std::string comma_separated(const std::vector<std::string>& words) {
   return text;
 }
 
-}  // namespace hapticd::server
+}  // namespace hapticd::text

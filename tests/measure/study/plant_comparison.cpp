@@ -1,4 +1,4 @@
-#include "tests/measure/study/common/plant_comparison.h"
+#include "tests/measure/study/plant_comparison.h"
 
 #include <algorithm>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "tests/measure/study/identify/simulated_session.h"
+#include "tests/measure/study/common/simulated_session.h"
 
 #include <chrono>
 #include <memory>

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "client/cli/session/session.h"
+
+namespace hapticd::cli {
+
+/// What is wrong with a command line that `app` has refused with `error`: the word that is no command or
+/// option, what is accepted in its place, and what was probably meant.
+LocalError usage_error(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace hapticd::cli

@@ -1,0 +1,310 @@
+#include "rt/guard/load_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "rt/signal/tool_compensation.h"
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr double kGravityMmPerS2 = 9807.0;
+
+constexpr hal::Vector3 clamped(const hal::Vector3& v, double bound) noexcept {
+  return {std::clamp(v.x, -bound, bound), std::clamp(v.y, -bound, bound), std::clamp(v.z, -bound, bound)};
+}
+
+}  // namespace
+
+void LoadWatch::set_parameters(const LoadWatchParameters& parameters) noexcept {
+  parameters_ = parameters;
+  is_turned_ = parameters.sensor_to_tool.w != 1.0;
+  if (parameters.knows_weight_in_zero) {
+    drift_n_ = drift_n_ + parameters.weight_in_zero_n - weight_in_zero_n_;
+    weight_in_zero_n_ = parameters.weight_in_zero_n;
+  }
+  has_other_tool_ = has_zero_;
+}
+
+void LoadWatch::interrupt() noexcept {
+  noted_slots_ = 0;
+  is_after_gap_ = true;
+  filled_ = 0;
+  under_way_ = {};
+  looks_ = 0;
+  is_suspected_ = false;
+  has_stretch_ = has_stretch_ && is_waiting_;
+}
+
+void LoadWatch::forget_zero() noexcept {
+  interrupt();
+  has_stretch_ = has_zero_ = false;
+  noted_n_ = {};
+}
+
+hal::Vector3 LoadWatch::weight_n(const hal::RigSample& sample) const noexcept {
+  const hal::Vector3 weight_n{0.0, 0.0, -inertial_force_n(parameters_.tool_mass_g, kGravityMmPerS2)};
+  if (sample.tip_orientation.w == 1.0 && !is_turned_) return weight_n;
+  const hal::Quaternion q = unit(sample.tip_orientation);
+  return rotated(conjugate(is_turned_ ? product(q, parameters_.sensor_to_tool) : q), weight_n);
+}
+
+void LoadWatch::prove() noexcept {
+  noted_n_ = {};
+  is_waiting_ = has_jumped_ = false;
+  proven_serial_ = bias_serial_;
+  has_proof_ = true;
+  proven_jump_n_ = jump_n_;
+  proven_first_n_ = first_n_;
+}
+
+void LoadWatch::take_bias(const hal::RigSample& sample) noexcept {
+  const bool is_new = sample.bias_serial != bias_serial_;
+  bias_serial_ = sample.bias_serial;
+  // A driver that lost its zero changes the number as well, and warns.
+  const bool is_lost = (sample.status & hal::sample_status::kForceWarning) != 0;
+  if (has_zero_ ? !is_lost : !parameters_.knows_weight_in_zero) weight_in_zero_n_ = weight_n(sample);
+  const hal::Vector3 reading = sample.sensor_force_n - weight_n(sample) + weight_in_zero_n_;
+  if (has_zero_ && !exceeds(reading - last_reading_n_, kLoadN)) {  // what changes nothing hides no load
+    if (!is_waiting_) proven_serial_ = bias_serial_;
+    return;
+  }
+  interrupt();
+  has_stretch_ = false;
+  has_zero_ = true;
+  has_other_tool_ = false;
+  if (is_new) {
+    jump_n_ = {};
+    has_jumped_ = false;
+  }
+  drift_n_ = noted_n_ = {};
+  first_n_ = reading - jump_n_;
+  if (exceeds(first_n_, kLoadN)) is_waiting_ = true;
+  has_proof_ = false;
+  if (bias_serial_ != proven_serial_) is_waiting_ = true;
+  if (!is_waiting_) prove();
+}
+
+void LoadWatch::update(const hal::RigSample& sample, double interval_s,
+                       const hal::Vector3& device_n) noexcept {
+  under_way_.length_s += interval_s;
+  // A sensor that is silent shows nothing; for how long that may last is the guard's limit.
+  if ((sample.status & hal::sample_status::kForceMissing) != 0) return;
+  unloaded_s_ = std::min(unloaded_s_ + interval_s, kLongS);
+  if (!has_zero_ || sample.bias_serial != bias_serial_) [[unlikely]] {
+    take_bias(sample);
+    if (looks_ == 0) under_way_.length_s = interval_s;
+  }
+  const hal::Vector3 weight = weight_n(sample);
+  const hal::Vector3 reading = sample.sensor_force_n - weight + weight_in_zero_n_;
+  if (has_other_tool_) [[unlikely]] {
+    // By its weight alone: what the reading itself changes by meanwhile may be a load.
+    if (looks_ > 0 || count_ > 0) {
+      drift_n_ = drift_n_ + (looks_ > 0 ? under_way_.weight_n : before(0).weight_n) - weight;
+    }
+    interrupt();
+    has_stretch_ = false;
+    under_way_.length_s = interval_s;
+    has_other_tool_ = false;
+  }
+  last_reading_n_ = reading;
+  under_way_.reading_n = under_way_.reading_n + reading;
+  under_way_.weight_n = weight;
+  ++looks_;
+  if (under_way_.length_s >= kSlotS) end_slot(sample, device_n);
+}
+
+void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
+  if (under_way_.length_s > kMaxSlotS) [[unlikely]] {
+    const double looks = looks_;
+    const hal::Vector3 sum_n = under_way_.reading_n;
+    interrupt();
+    const double unknown_n = inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, kHandMmPerS2);
+    const double least_n = kLoadN + (unloaded_s_ > kPressedS ? unknown_n : 0.0);
+    if (exceeds(sum_n * (1.0 / looks) - zero_n(), least_n)) unloaded_s_ = 0.0;
+    return;
+  }
+  under_way_.tip_mm = sample.tip_position_mm;
+  under_way_.unloaded_s = unloaded_s_;
+  under_way_.device_n = device_n;
+  if (looks_ > 1) under_way_.reading_n = under_way_.reading_n * (1.0 / looks_);
+  const double s = under_way_.length_s;
+  slots_[count_++ % kSlots] = under_way_;
+  filled_ = std::min(filled_ + 1, kSlots);
+  if (filled_ > 2 * kHalf) is_after_gap_ = false;
+  under_way_ = {};
+  looks_ = 0;
+
+  suspect();
+  if (find_step()) return;
+  const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
+  if (!is_waiting_ && !exceeds(prompt_n, kLoadN)) {  // free, as far as this shows
+    has_stretch_ = false;
+    if (unloaded_s_ > kForgetsNotedS) noted_n_ = {};
+    if (settling_s_ <= 0.0) {
+      drift_n_ = drift_n_ + clamped(prompt_n * (1.0 / kFollowS), kFollowNPerS) * s;
+      return;
+    }
+  }
+  const hal::Quaternion to_rig =
+      is_turned_ ? product(sample.tip_orientation, parameters_.sensor_to_tool) : sample.tip_orientation;
+  const Load now = load(to_rig);
+  if (!is_waiting_ && !exceeds(prompt_n, kLoadN)) {
+    settling_s_ -= s;
+    jump_n_ = jump_n_ + clamped(now.steady_n * (1.0 / kSettleTimeS), kSettleNPerS) * s;
+    return prove();
+  }
+  follow_inertia(now);
+  if (is_left_with_noted(now)) {
+    jump(std::exchange(noted_n_, {}));
+    fit_.reset();
+    return;
+  }
+  if (shows_load(now)) unloaded_s_ = 0.0;
+  if (has_jumped_ && has_proof_) look_for_object(now, to_rig);
+  follow(now, to_rig);
+}
+
+bool LoadWatch::has_even_slots(double& former_s, double& latter_s) const noexcept {
+  if (filled_ < 2 * kHalf + 1) return false;
+  former_s = latter_s = 0.0;
+  double longest_s = 0.0;
+  for (std::size_t age = 0; age < 2 * kHalf; ++age) {
+    const double s = before(age).length_s;
+    (age < kHalf ? latter_s : former_s) += s;
+    longest_s = std::max(longest_s, s);
+  }
+  return longest_s * kHalf < 0.75 * (former_s + latter_s);
+}
+
+LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
+  Load now;
+  const hal::Vector3 zero = zero_n();
+  now.prompt_n = now.steady_n = before(0).reading_n - zero;
+  double former_s = 0.0;
+  double latter_s = 0.0;
+  if (!has_even_slots(former_s, latter_s)) {
+    now.is_inertia_unknown = is_after_gap_ || filled_ > 2 * kHalf;
+    return now;
+  }
+  hal::Vector3 sum_n;
+  for (std::size_t i = 0; i < kHalf; ++i) {
+    const double weight = static_cast<double>(i) + 0.5;
+    sum_n = sum_n + (before(i).reading_n + before(2 * kHalf - 1 - i).reading_n) * weight;
+  }
+  const auto second_difference = [&](hal::Vector3 Slot::*of) {
+    const hal::Vector3 middle = before(kHalf).*of;
+    return ((before(0).*of - middle) * (1.0 / latter_s) -
+            (middle - before(2 * kHalf).*of) * (1.0 / former_s)) *
+           (2.0 / (former_s + latter_s));
+  };
+  const hal::Vector3 acceleration = second_difference(&Slot::tip_mm);
+  now.acceleration_mm_per_s2 = acceleration;
+  const hal::Vector3 inertia_n =
+      rotated(conjugate(to_rig), acceleration * inertial_force_n(parameters_.tool_mass_g, 1.0));
+  now.inertia_n = norm(inertia_n);
+  now.unseen_n =
+      norm(second_difference(&Slot::device_n)) *
+      inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, parameters_.compliance_mm_per_n);
+  now.steady_n = sum_n * (1.0 / (kHalf * kHalf)) - zero + inertia_n;
+  return now;
+}
+
+void LoadWatch::follow_inertia(const Load& now) noexcept {
+  const double faded = 1.0 - std::min(before(0).length_s / kPeakFadeS, 1.0);
+  peak_inertia_n_ = std::max(now.inertia_n, peak_inertia_n_ * faded);
+}
+
+bool LoadWatch::shows_load(const Load& now) const noexcept {
+  const double size_n = norm(now.prompt_n);
+  if (!(size_n > kLoadN)) return false;
+  const double mass_g = parameters_.tool_mass_g;
+  const double error = kMassError + (mass_g > 0.0 ? parameters_.mass_error_g / mass_g : 0.0);
+  const double least_n = kLoadN + now.unseen_n + error * peak_inertia_n_;
+  if (size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kUnseenMmPerS2)) return true;
+  // Where the acceleration is not known, a free tool may have a hand's; what was pressed still is.
+  if (now.is_inertia_unknown && unloaded_s_ > kPressedS) {
+    return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
+  }
+  return dot(now.steady_n, now.prompt_n) > size_n * least_n;
+}
+
+void LoadWatch::look_for_object(const Load& load, const hal::Quaternion& to_rig) noexcept {
+  constexpr double kNoiseN = 0.003;
+  constexpr double kLowestNPerMm = 0.02;
+  constexpr double kGrownN = 0.02;
+  if (filled_ < 2 * kHalf + 1) return;
+  // The reading pushes the tip back, against the way it came.
+  fit_.add(rotated(to_rig, load.steady_n) * -1.0, before(kHalf).tip_mm, load.acceleration_mm_per_s2);
+  if (!fit_.shows_object(kNoiseN, kLowestNPerMm, kGrownN)) return;
+  is_waiting_ = has_jumped_ = false;
+  has_stretch_ = false;
+}
+
+void LoadWatch::begin_stretch(const Load& load, const hal::Quaternion& to_rig) noexcept {
+  has_stretch_ = true;
+  stretch_load_n_ = load.prompt_n;
+  stretch_tip_mm_ = before(0).tip_mm;
+  stretch_sum_n_ = load.steady_n;
+  stretch_slots_ = 1;
+  lowest_mm_ = 0.0;
+  const hal::Vector3 off_n = before(0).reading_n - proven_jump_n_ - proven_first_n_ - drift_n_;
+  is_as_proven_ = has_proof_ && !exceeds(off_n, kLoadN) && squared(off_n) < squared(load.prompt_n);
+  const double size_n = is_as_proven_ ? 0.0 : norm(load.prompt_n);
+  stretch_along_ = size_n > kLoadN ? rotated(to_rig, load.prompt_n) * (1.0 / size_n) : hal::Vector3{};
+}
+
+bool LoadWatch::is_proven() const noexcept {
+  const hal::Vector3 moved_mm = before(0).tip_mm - stretch_tip_mm_;
+  const double along_mm = dot(moved_mm, stretch_along_);
+  if (along_mm - lowest_mm_ >= kRecedeMm) return true;
+  if (!(is_waiting_ || is_as_proven_) || !exceeds(moved_mm, kProofMm)) return false;
+  // Across a load the reading stays what it is on an object, too: it is stroked.
+  const bool is_unloaded = squared(stretch_along_) == 0.0;
+  return is_unloaded || along_mm * along_mm > kAlongCosine * kAlongCosine * squared(moved_mm);
+}
+
+void LoadWatch::follow(const Load& load, const hal::Quaternion& to_rig) noexcept {
+  if (!has_stretch_ || exceeds(load.prompt_n - stretch_load_n_, kUnchangedN)) {
+    return begin_stretch(load, to_rig);
+  }
+  stretch_sum_n_ = stretch_sum_n_ + load.steady_n;
+  lowest_mm_ = std::min(lowest_mm_, dot(before(0).tip_mm - stretch_tip_mm_, stretch_along_));
+  if (++stretch_slots_ < kMinStretch || !is_proven()) return;
+  // All that is left is a zero, and so was what this watch began with.
+  const hal::Vector3 zero = first_n_ + stretch_sum_n_ * (1.0 / stretch_slots_);
+  has_stretch_ = false;
+  if (is_as_proven_) {
+    jump_n_ = proven_jump_n_;
+    first_n_ = proven_first_n_;
+    unloaded_s_ = kLongS;
+    prove();
+  } else if (is_waiting_) {
+    constexpr double kFollowedN = 0.02;  // about the threshold of contact: so little the stages follow themselves
+    if (!exceeds(zero, kFollowedN)) {
+      first_n_ = zero;
+      return prove();
+    }
+    if (exceeds(jump_n_ + zero, kMaxJumpN)) return;
+    take_over(zero);
+    prove();
+    settling_s_ = kSettleS;  // what is read in motion over some milliseconds is off by some millinewtons
+  } else if (exceeds(zero, kWrongN) && !exceeds(jump_n_ + zero, kMaxJumpN)) {
+    ++jump_count_;
+    last_jump_n_ = zero;
+    take_over(zero);
+    prove();
+    settling_s_ = kSettleS;
+  }
+}
+
+void LoadWatch::take_over(const hal::Vector3& zero_n) noexcept {
+  jump_n_ = jump_n_ + zero_n;
+  first_n_ = {};
+  unloaded_s_ = kLongS;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,229 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "hal/samples.h"
+#include "rt/signal/stiffness_fit.h"
+
+namespace hapticd::rt {
+
+/// What the load watch needs to know of the tool.
+struct LoadWatchParameters {
+  double tool_mass_g = 0.0;          ///< beyond the sensor; its weight and inertia are no load
+  hal::Quaternion sensor_to_tool{};  ///< rotates sensor coordinates into the tool's; length 1
+  /// What the sensor's zero contains of the tool's weight, sensor frame.
+  hal::Vector3 weight_in_zero_n{};
+  bool knows_weight_in_zero = false;  ///< false: that of the orientation in which it is read first
+  double mass_error_g = 0.0;          ///< by which the tool may be heavier or lighter: its inertia is no load
+  double compliance_mm_per_n = 0.0;   ///< of the device behind its encoders; 0: rigid
+};
+
+/// Whether the force sensor bears a load, by its raw reading and the encoders alone: no stage, gain, law or
+/// scene takes part. Two facts hold of every real object and of nothing else, and are all that is used:
+///
+/// - **Its reaction changes with the motion.** A reading that steps within two samples and then goes on as
+///   before is a jump of the zero: another client's bias, a gauge, a cable. A reading that stays what it is
+///   while the tip recedes along it by kRecedeMm is a wrong zero: an object that is left lets go (one as soft
+///   as 0.0125 N/mm is still distinguished).
+/// - **It is there only where the sensor reads more than its zero, the tool's weight and its inertia.**
+///
+/// A reading that comes back to what was proven before is free at once, where the tip moves.
+///
+/// The zero has two parts. jump_n(): what jumped, a bias under load among it; the renderer takes it off every
+/// sample before a pipeline sees it. The rest is this watch's own: the reading with which it began, and the
+/// sensor's drift since.
+///
+/// All sizes are of slots of a millisecond (a tick where that is longer):
+///
+///   step        |s| ≥ kStepN (kLoadedStepN under load), s the offset between the straight lines through
+///               kBefore slots before and kAfter slots after two slots; both fit within kFlatShare |s|, with
+///               the same slope. Not one where nothing is read any more afterwards: then a load has gone;
+///               nor, under load, between slots of uneven length: a late clock samples a contact unevenly.
+///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
+///               is something to press. Where nothing but that step is read any more while the tip moves, it was a
+///               jump, and the object has been left. A step back withdraws it, and so does a reading of nothing
+///               for 0.1 s.
+///   suspected   from the first slot that changes by kStepN until the reading has risen three times running,
+///               as that of a contact does, or the step is confirmed or refuted: 6 slots at most.
+///   waiting     after a jump and after a bias: the zero is not proven before the reading has stayed what it
+///               is over kProofMm of motion. Until then no reading counts.
+///               After a jump from a proven zero a reading that grows with the way ends it, too
+///               (StiffnessFit): that is an object, whether the step was a jump or the stop of the hand that
+///               presses. Which of them it was shows afterwards.
+///   load        |r| > kLoadN, and the mean of r + m a over 12 slots, along r, > kLoadN + kMassError m |a|,
+///               with the largest |a| of late; and more by the error of the mass, and by what the device's
+///               own force, which bends it behind its encoders, may have moved the tool's mass. The second
+///               difference of the positions over 6 slots is the mean acceleration under the same triangle.
+///               A mean that points elsewhere is what was, not what is.
+///               |r| > kLoadN + m kUnseenMmPerS2 is one at once.
+///
+/// Below kLoadN the zero is followed, no faster than kFollowNPerS; one that has just been taken over, in
+/// motion, within half a second. A step with which the tip loses half of its speed is an impact. NaN never
+/// gets here: such samples are unfit. After an unfit sample or a gap the slots start again and the zero is
+/// kept. All state is bounded: nothing grows with time.
+class LoadWatch {
+ public:
+  static constexpr double kLoadN = 0.05;
+  static constexpr double kStepN = 0.05;
+  static constexpr double kLoadedStepN = 0.1;
+  static constexpr double kRecedeMm = 2.0;
+  static constexpr double kProofMm = 3.0;
+  static constexpr double kFollowNPerS = 0.01;  ///< cooling motors and a drifting sensor are slower
+  static constexpr double kMaxJumpN = 6.0;      ///< more is no zero that is taken over
+
+  /// Another tool changes what its weight reads as, not the zero.
+  void set_parameters(const LoadWatchParameters& parameters) noexcept;
+  /// One fit sample, `interval_s` after the one before; `device_n`: the device's force until then.
+  void update(const hal::RigSample& sample, double interval_s, const hal::Vector3& device_n = {}) noexcept;
+  /// A sample was unfit: what happened meanwhile is not known. While the zero is not proven, the motion over
+  /// which the reading has stayed what it is goes on: with a clock that is often late it would never be
+  /// enough.
+  void interrupt() noexcept;
+  /// The sensor is not listened to: what it reads next is nothing, as far as drift goes.
+  void forget_zero() noexcept;
+
+  /// Time since the reading last showed a load, s.
+  double unloaded_s() const noexcept { return unloaded_s_; }
+  /// A step that may be a jump has not been decided on.
+  bool is_suspected() const noexcept { return is_suspected_; }
+  /// Whether anything is touched is not known, and no reading counts.
+  bool is_waiting() const noexcept { return is_waiting_; }
+  /// The same after a jump.
+  bool has_jumped() const noexcept { return has_jumped_; }
+  /// What is to be taken off the reading, sensor frame.
+  const hal::Vector3& jump_n() const noexcept { return jump_n_; }
+  /// Jumps so far, and the last one.
+  std::uint32_t jump_count() const noexcept { return jump_count_; }
+  const hal::Vector3& last_jump_n() const noexcept { return last_jump_n_; }
+
+ private:
+  static constexpr double kSlotS = 0.75e-3;  // ended by the first tick after it: a millisecond at 1 kHz
+  static constexpr double kMaxSlotS = 4e-3;  // a longer one hides what happened in it
+  static constexpr std::size_t kSlots = 16;  // a power of two: the count may wrap
+  static constexpr std::size_t kBefore = 3;
+  static constexpr std::size_t kAfter = 4;
+  static constexpr std::size_t kStepSlots = kBefore + 2 + kAfter;
+  static constexpr std::size_t kHalf = 6;  // slots of half the triangle: an encoder count is 20 mN at most
+  static constexpr std::uint32_t kMinStretch = 8;
+  static constexpr double kFlatShare = 0.15;
+  static constexpr double kFlatN = 0.02;  // six deviations of a slot's noise
+  static constexpr double kRisesN = 0.012;
+  static constexpr double kUnchangedN = 0.025;
+  static constexpr double kKeepN = 0.012;  // below every threshold of contact
+  static constexpr double kWrongN = 0.08;  // of a zero that was proven: beyond what violent motion leaves
+  static constexpr double kMassError = 0.35;
+  static constexpr double kUnseenMmPerS2 = 60e3;  // no hand moves a tool like that
+  static constexpr double kHandMmPerS2 = 20e3;    // a brisk one does
+  static constexpr double kPeakFadeS = 0.05;      // what violent motion set swinging fades no faster
+  static constexpr double kImpactMmPerS = 50.0;
+  static constexpr double kPressedS = 0.02;      // since the last load: it is pressed
+  static constexpr std::size_t kLeftSlots = 2;
+  static constexpr double kLeftMm = 0.3;
+  static constexpr double kForgetsNotedS = 0.1;
+  static constexpr double kSettleS = 0.5;
+  static constexpr double kSettleTimeS = 0.1;
+  static constexpr double kSettleNPerS = 0.2;
+  static constexpr double kFollowS = 1.0;
+  static constexpr double kAlongCosine = 0.9;
+  static constexpr double kLongS = 1.0;  // unloaded_s_ counts no further
+
+  /// Mean of the reading (sensor frame, weight taken off) and where the tip was at its end.
+  struct Slot {
+    hal::Vector3 reading_n;
+    hal::Vector3 weight_n;
+    hal::Vector3 tip_mm;
+    hal::Vector3 device_n;
+    double length_s = 0.0;
+    double unloaded_s = 0.0;  ///< before it
+  };
+  /// What the sensor bears: the reading less its zero; and the same with inertia taken off, which is late.
+  struct Load {
+    hal::Vector3 prompt_n;
+    hal::Vector3 steady_n;
+    hal::Vector3 acceleration_mm_per_s2{};  ///< under the same weights
+    bool is_inertia_unknown = false;        ///< after a gap and between uneven slots: it was not taken off
+    double inertia_n = 0.0;                 ///< magnitude of what was taken off
+    double unseen_n =
+        0.0;  ///< of the inertia that the encoders do not show: the device bends under its force
+  };
+
+  const Slot& before(std::size_t age) const noexcept { return slots_[(count_ - 1 - age) % kSlots]; }
+  void take_bias(const hal::RigSample& sample) noexcept;
+  /// The tool's weight, sensor frame.
+  hal::Vector3 weight_n(const hal::RigSample& sample) const noexcept;
+  hal::Vector3 zero_n() const noexcept { return jump_n_ + first_n_ + drift_n_; }
+  /// The present zero is that of free air.
+  void prove() noexcept;
+  void end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
+  Load load(const hal::Quaternion& to_rig) const noexcept;
+  void follow_inertia(const Load& now) noexcept;
+  /// What is read cannot be the tool's own.
+  bool shows_load(const Load& now) const noexcept;
+  /// All that is read is the step that was noted under load.
+  bool is_left_with_noted(const Load& load) noexcept;
+  /// The zero has jumped by that much.
+  void jump(const hal::Vector3& by_n) noexcept;
+  bool has_even_slots(double& former_s, double& latter_s) const noexcept;
+  void suspect() noexcept;
+  /// None of the last ones is much longer than the others.
+  bool are_even(std::size_t slots) const noexcept;
+  bool find_step() noexcept;
+  /// The tip was stopped by what made the reading step.
+  bool is_impact() const noexcept;
+  void follow(const Load& load, const hal::Quaternion& to_rig) noexcept;
+  void begin_stretch(const Load& load, const hal::Quaternion& to_rig) noexcept;
+  /// The stretch shows free air.
+  bool is_proven() const noexcept;
+  void take_over(const hal::Vector3& zero_n) noexcept;
+  /// While waiting after a jump: ends it where the reading grows with the way.
+  void look_for_object(const Load& load, const hal::Quaternion& to_rig) noexcept;
+
+  LoadWatchParameters parameters_{};
+  bool is_turned_ = false;  ///< the sensor, in the tool
+  bool has_other_tool_ = false;
+  hal::Vector3 weight_in_zero_n_;
+  std::array<Slot, kSlots> slots_{};
+  std::size_t count_ = 0;   ///< slots so far; may wrap
+  bool is_after_gap_ = true;  ///< there are not yet enough slots to know the acceleration
+  std::size_t filled_ = 0;  ///< of them, those since the last interruption, up to kSlots
+  Slot under_way_{};        ///< with the sum of its readings
+  std::uint32_t looks_ = 0;
+  bool has_zero_ = false;
+  std::uint32_t bias_serial_ = 0;
+  std::uint32_t proven_serial_ = 0;
+  hal::Vector3 last_reading_n_;
+  hal::Vector3 jump_n_;
+  hal::Vector3 first_n_;  ///< with what it began, taken for nothing until something is proven
+  hal::Vector3 drift_n_;
+  // As they were when the zero was proven last: a reading that comes back there is free.
+  bool has_proof_ = false;
+  hal::Vector3 proven_jump_n_;
+  hal::Vector3 proven_first_n_;
+  double peak_inertia_n_ = 0.0;  ///< of late
+  double settling_s_ = 0.0;      ///< left, of what was taken over
+  double unloaded_s_ = 0.0;
+  bool is_suspected_ = false;
+  bool is_waiting_ = false;
+  bool has_jumped_ = false;
+  hal::Vector3 noted_n_;  ///< steps under load; zero: none
+  std::size_t noted_slots_ = 0;  ///< running, in which nothing else was read
+  hal::Vector3 noted_tip_mm_;    ///< at the first of them
+  std::size_t suspected_slots_ = 0;
+  std::size_t rises_ = 0;  ///< running, since then
+  // The stretch over which the reading has stayed what it is.
+  StiffnessFit3 fit_;  ///< since the jump
+  bool has_stretch_ = false;
+  bool is_as_proven_ = false;
+  hal::Vector3 stretch_load_n_;
+  hal::Vector3 stretch_tip_mm_;
+  hal::Vector3 stretch_sum_n_;  ///< of what is left of it without inertia
+  std::uint32_t stretch_slots_ = 0;
+  hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero where there is none
+  double lowest_mm_ = 0.0;      ///< along it
+  std::uint32_t jump_count_ = 0;
+  hal::Vector3 last_jump_n_;
+};
+
+}  // namespace hapticd::rt

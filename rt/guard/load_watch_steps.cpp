@@ -1,0 +1,120 @@
+// Jumps of the sensor's zero by their shape.
+
+#include <algorithm>
+
+#include "rt/guard/load_watch.h"
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+void LoadWatch::suspect() noexcept {
+  if (filled_ < 5) return;
+  const hal::Vector3& now_n = before(0).reading_n;
+  const hal::Vector3 change_n = now_n - before(1).reading_n;
+  if (is_suspected_) {
+    // The reading of a contact goes on to change; a jump is over within two slots.
+    const hal::Vector3 change_before_n = before(1).reading_n - before(2).reading_n;
+    constexpr double kGoesOn = 0.3;
+    const bool goes_on = dot(change_n, change_before_n) > 0.0 &&
+                         squared(change_n) > kGoesOn * kGoesOn * squared(change_before_n) &&
+                         exceeds(change_n, kRisesN);
+    rises_ = goes_on ? rises_ + 1 : 0;
+    if (++suspected_slots_ > kAfter + 2 || rises_ >= 2) is_suspected_ = false;
+    return;
+  }
+  const hal::Vector3 over_two_n = now_n - before(2).reading_n;
+  if (!exceeds(over_two_n, kStepN)) return;
+  const hal::Vector3 earlier_n = before(2).reading_n - before(4).reading_n;
+  if (exceeds(earlier_n, kFlatN + 0.3 * norm(over_two_n))) return;  // it has been changing all along
+  is_suspected_ = true;
+  suspected_slots_ = 0;
+  rises_ = 0;
+}
+
+bool LoadWatch::is_impact() const noexcept {
+  const auto velocity = [this](std::size_t from, std::size_t to) {
+    return (before(to).tip_mm - before(from).tip_mm) * (1.0 / (3.0 * before(to).length_s));
+  };
+  const hal::Vector3 then = velocity(8, 5);
+  const hal::Vector3 now = velocity(3, 0);
+  return exceeds(now - then, kImpactMmPerS) && !exceeds(now, 0.5 * norm(then));
+}
+
+bool LoadWatch::are_even(std::size_t slots) const noexcept {
+  constexpr double kMaxLonger = 1.5;
+  double longest_s = 0.0;
+  double sum_s = 0.0;
+  for (std::size_t age = 0; age < slots; ++age) {
+    longest_s = std::max(longest_s, before(age).length_s);
+    sum_s += before(age).length_s;
+  }
+  return longest_s * static_cast<double>(slots) < kMaxLonger * sum_s;
+}
+
+bool LoadWatch::find_step() noexcept {
+  if (!is_suspected_ || suspected_slots_ + 2 < kAfter || filled_ < kStepSlots) return false;
+  const auto reading = [this](std::size_t age) -> const hal::Vector3& { return before(age).reading_n; };
+  static_assert(kBefore == 3 && kAfter == 4);
+  const hal::Vector3 slope_after = (reading(0) - reading(3)) * (1.0 / 3.0);
+  const hal::Vector3 slope_before = (reading(6) - reading(8)) * 0.5;
+  const hal::Vector3 mean_after = (reading(0) + reading(1) + reading(2) + reading(3)) * 0.25;
+  const hal::Vector3 mean_before = (reading(6) + reading(7) + reading(8)) * (1.0 / 3.0);
+  const hal::Vector3 zero = zero_n();
+  const bool was_loaded = exceeds(mean_before - zero, kLoadN);
+  // Between slots of uneven length a reaction changes by uneven amounts.
+  if (was_loaded && !are_even(kStepSlots)) return false;
+  constexpr double kApart = 5.5;  // slots between the two means
+  hal::Vector3 step_n = mean_after - mean_before;
+  if (was_loaded) step_n = step_n - (slope_after + slope_before) * (0.5 * kApart);
+  const double size_n = norm(step_n);
+  if (size_n < (was_loaded ? kLoadedStepN : kStepN)) return false;
+  const double flat_n = kFlatN + kFlatShare * size_n;
+  // An orientation that jumps, not the sensor.
+  if (exceeds(before(0).weight_n - before(8).weight_n, 0.5 * kStepN)) return false;
+  if (exceeds(slope_after - slope_before, flat_n / kAfter)) return false;
+  if (exceeds(reading(0) + reading(3) - reading(1) - reading(2), 2.0 * flat_n)) return false;
+  if (exceeds(reading(6) + reading(8) - reading(7) * 2.0, 2.0 * flat_n)) return false;
+  if (!exceeds(mean_after - zero, kLoadN)) return false;  // what was felt has gone
+  if (exceeds(jump_n_ + step_n, kMaxJumpN) || is_impact()) return false;
+  is_suspected_ = false;
+  filled_ = kAfter;  // the step is to be found once
+  if (!is_waiting_ && before(kAfter + 2).unloaded_s < kPressedS) {
+    noted_n_ = noted_n_ + step_n;
+    if (!exceeds(noted_n_, kLoadedStepN)) noted_n_ = {};  // a knock, and its end
+    noted_slots_ = 0;
+    return true;
+  }
+  fit_.reset();
+  if (has_jumped_ && has_proof_ && !exceeds(jump_n_ + step_n - proven_jump_n_, kLoadN)) {
+    // Back to what was proven: both were loads, a knock on what is held down, or the zero is what it was.
+    jump_n_ = proven_jump_n_;
+    is_waiting_ = has_jumped_ = false;
+    return true;
+  }
+  jump(step_n);
+  return true;
+}
+
+void LoadWatch::jump(const hal::Vector3& by_n) noexcept {
+  ++jump_count_;
+  last_jump_n_ = by_n;
+  is_waiting_ = has_jumped_ = true;
+  has_stretch_ = false;
+  jump_n_ = jump_n_ + by_n;
+  unloaded_s_ = kLongS;
+}
+
+bool LoadWatch::is_left_with_noted(const Load& load) noexcept {
+  if (squared(noted_n_) == 0.0) return false;
+  Load without = load;
+  without.prompt_n = load.prompt_n - noted_n_;
+  without.steady_n = load.steady_n - noted_n_;
+  if (shows_load(without)) {
+    noted_slots_ = 0;
+    return false;
+  }
+  if (noted_slots_++ == 0) noted_tip_mm_ = before(0).tip_mm;
+  return noted_slots_ > kLeftSlots && exceeds(before(0).tip_mm - noted_tip_mm_, kLeftMm);
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "rt/guard/load_watch.h"
+#include "rt/scene/scene_spec.h"
+
+namespace hapticd::rt {
+
+/// What the guard's load watch has to know of the tool of a scene. The rig's mass counts; where it knows none, the
+/// scene's.
+LoadWatchParameters watched_tool(const SceneSpec& spec, const hal::RigInfo& rig) noexcept;
+
+}  // namespace hapticd::rt

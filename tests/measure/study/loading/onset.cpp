@@ -1,0 +1,163 @@
+#include "tests/measure/study/loading/onset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rt/guard/fault_table.h"
+#include "rt/signal/vector.h"
+#include "tests/measure/study/common/virtual_run.h"
+#include "tests/measure/study/loading/loading_study.h"
+
+namespace hapticd::study {
+
+namespace {
+
+using report::fixed;
+
+constexpr double kDeepMm = 6.0;   // and as far from above
+constexpr double kFirstMm = 2.0;  // what is drawn
+constexpr double kOverMm = 0.3;   // of a slope
+constexpr double kFeltN = 0.002;  // of the device, below which nothing is rendered
+constexpr double kWaitsS = 1.0;
+constexpr double kHandHomeMm = 10.0;
+constexpr double kSpeeds[] = {5.0, 20.0, 50.0, 80.0};
+
+sim::HandProgram moving_to(double height_mm, double travel_s) {
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kRest;
+  hand.place_mm.z = height_mm - kHandHomeMm;
+  hand.travel_s = travel_s;
+  return hand;
+}
+
+/// Steepest slope over kOverMm of what the hand feels beyond what moves its arm.
+double steepest(const std::vector<LoadingPoint>& points) {
+  double slope = 0.0;
+  std::size_t from = 0;
+  for (const LoadingPoint& now : points) {
+    while (from + 1 < points.size() && now.displacement_mm - points[from + 1].displacement_mm >= kOverMm)
+      ++from;
+    const double over_mm = now.displacement_mm - points[from].displacement_mm;
+    if (over_mm < kOverMm || over_mm > 2.0 * kOverMm) continue;
+    slope = std::max(slope, (now.hand_force_n - points[from].hand_force_n) / over_mm);
+  }
+  return slope;
+}
+
+std::vector<std::pair<std::string, double>> conditions_and_speeds() {
+  std::vector<std::pair<std::string, double>> all;
+  for (const char* conditions : {"clean", "lab"}) {
+    for (const double speed : kSpeeds) all.emplace_back(conditions, speed);
+  }
+  return all;
+}
+
+}  // namespace
+
+OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s) {
+  rt::SceneSpec scene = trial.scene;
+  scene.target = rt::linear_target(trial.target_n_per_mm);
+  VirtualRun run(trial.rig, scene, true, trial.model ? &*trial.model : nullptr);
+  // Down and up in free air first, as a hand does: a zero is known by that.
+  run.set_hand(moving_to(2.0 * kDeepMm, 0.0));
+  while (run.time_s() < 0.5 * kWaitsS) run.step();
+  run.set_hand(moving_to(kDeepMm, 0.3 * kWaitsS));
+  while (run.time_s() < kWaitsS) run.step();
+  const double travel_s = 1.875 * 2.0 * kDeepMm / speed_mm_per_s;
+  run.set_hand(moving_to(-kDeepMm, travel_s));
+
+  OnsetOutcome outcome;
+  std::vector<LoadingPoint> pressed;
+  const double began_s = run.time_s();
+  bool is_felt = false;
+  double object_slope = 0.0;
+  double last_mm = 0.0;
+  while (run.time_s() < began_s + travel_s) {
+    run.step();
+    const hal::TruthSample& truth = run.truth();
+    if (run.record().guard_state == rt::GuardState::kLatched) {
+      outcome.failed = "the guard latched: " + std::string(rt::rule_of(run.record().guard_fault).name);
+      return outcome;
+    }
+    const double reaction_n = truth.normal_force_n;
+    if (!(truth.displacement_mm > 0.0)) continue;
+    const LoadingPoint now{run.time_s() - began_s, truth.displacement_mm,
+                           -dot(truth.hand_force_n, truth.outward_normal), 0.0};
+    if (!is_felt && rt::norm(run.record().device_command_n) > kFeltN) {
+      is_felt = true;
+      outcome.force_n = reaction_n;
+      outcome.depth_mm = truth.displacement_mm;
+    }
+    if (now.displacement_mm <= last_mm) continue;
+    last_mm = now.displacement_mm;
+    if (now.displacement_mm < kFirstMm) {
+      outcome.first.push_back(now);
+      object_slope = std::max(object_slope, reaction_n / std::max(now.displacement_mm, kOverMm));
+    }
+    if (now.displacement_mm < 0.5 * kDeepMm) pressed.push_back(now);
+  }
+  if (!is_felt) {
+    outcome.failed = "nothing was rendered";
+    return outcome;
+  }
+  outcome.slope_ratio = steepest(pressed) / std::max(trial.target_n_per_mm, object_slope);
+  return outcome;
+}
+
+void run_onset(StudyContext& context) {
+  report::MarkdownTable table({"device", "object", "dims", "target N/mm", "conditions", "mm/s",
+                               "first force at N", "at mm", "steepest slope / target's"});
+  report::SvgPlot plot;
+  plot.title = "A press with 20 mm/s, PHANToM 1.0, one dimension";
+  plot.x = {"displacement", "mm"};
+  plot.y = {"force at the hand", "N"};
+  for (const LoadingCase& c : loading_cases(context.quick)) {
+    for (const auto& [conditions, speed] : conditions_and_speeds()) {
+      LoadingTrial trial = c.trial(10.0);
+      trial.rig.conditions = conditions;
+      const OnsetOutcome outcome = meet(trial, speed);
+      const auto add = [&](const char* name, double value, double goal) {
+        report::Figure figure{name,
+                              {{"device", c.device},
+                               {"object", c.object},
+                               {"target", c.target_n_per_mm},
+                               {"dims", c.dims},
+                               {"speed_mm_per_s", speed},
+                               {"conditions", conditions},
+                               {"rig", "sim"}}};
+        figure.goal = goal;
+        figure.source = "D§3.4.3";
+        if (outcome.failed.empty()) {
+          figure.value = value;
+        } else {
+          figure.failed = outcome.failed;
+        }
+        context.report.add(figure);
+      };
+      add("onset_force_n", outcome.force_n, 0.10);
+      add("onset_depth_mm", outcome.depth_mm, c.object.starts_with("sponge") ? 0.6 : 0.4);
+      add("onset_slope_ratio", outcome.slope_ratio, 1.3);
+      table.add_row({c.device, c.object, fixed(c.dims, 0), fixed(c.target_n_per_mm, 1), conditions,
+                     fixed(speed, 0), outcome.failed.empty() ? fixed(outcome.force_n, 3) : outcome.failed,
+                     fixed(outcome.depth_mm, 2), fixed(outcome.slope_ratio, 2)});
+      if (c.device != "phantom_1_0" || c.dims != 1 || speed != 20.0 || conditions != "clean") continue;
+      report::PlotSeries series{c.object + ", " + fixed(c.target_n_per_mm, 1) + " N/mm"};
+      for (const LoadingPoint& point : outcome.first) series.add(point.displacement_mm, point.hand_force_n);
+      plot.series.push_back(series);
+    }
+  }
+  context.report.add_table(
+      "onset", "How a contact begins to be felt", table,
+      "The hand comes from free air and meets the surface at its highest speed. First force: true reaction "
+      "and "
+      "true displacement when the device gives more than 2 mN. Slope: the steepest of the hand's force over "
+      "0.3 mm within the first 3 mm, over the target's slope, or over the object's where that is stiffer: "
+      "below the "
+      "first force the hand feels the object.");
+  context.report.add_plot("onset", plot);
+}
+
+}  // namespace hapticd::study

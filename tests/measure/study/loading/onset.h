@@ -1,0 +1,27 @@
+#pragma once
+
+#include "tests/measure/study/common/study.h"
+#include "tests/measure/study/loading/loading_trial.h"
+
+namespace hapticd::study {
+
+/// How a contact begins to be felt.
+struct OnsetOutcome {
+  std::string failed;     ///< why there is no figure; empty = there is
+  double force_n = 0.0;   ///< true reaction of the object when the device gives its first force
+  double depth_mm = 0.0;  ///< true displacement then
+  double slope_ratio =
+      0.0;  ///< steepest slope of the hand's force over 0.3 mm, over the target's or the object's
+  std::vector<LoadingPoint> first;  ///< the first two millimetres
+};
+
+/// The hand comes from the air along a minimum-jerk course that meets the surface with `speed_mm_per_s`, its
+/// highest speed, and goes on as deep as it came. Force and displacement are the simulation's truth; the
+/// hand's own acceleration is no part of the slope: it is taken over where the hand moves with half of its
+/// speed at least.
+OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s);
+
+/// Force, depth and slope with which contacts begin to be felt, on all objects, devices and speeds.
+void run_onset(StudyContext& context);
+
+}  // namespace hapticd::study
