@@ -92,8 +92,7 @@ void ContactEvidence::update(const Observation& now, const TickInterval& interva
 
   const bool resists = now.reaction_n >= parameters_.lowest_stiffness_n_per_mm * (now.path_mm - kFreePathMm);
   if (proven()) follow_support(now, s);
-  // On a slope alone the force is not yet beyond what it may swing by: the threshold ends that contact.
-  lost_s_ = resists && (support_ > 0.0 || earned_ == 0.0) ? 0.0 : lost_s_ + s;
+  lost_s_ = resists && support_ > 0.0 ? 0.0 : lost_s_ + s;
   if (lost_s_ >= kLostS) plausible_ = false;
 }
 
