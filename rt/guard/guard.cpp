@@ -137,7 +137,9 @@ Admission Guard::admit(const hal::RigSample& sample, FaultSet noticed) noexcept 
     load_.forget_zero();
   } else if (fit) {
     load_.update(sample, interval_s_, last_force_n_);
-    proven_share_ = load_.is_waiting() ? 0.0 : std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
+    const bool is_left = load_.shows_only_noted() && load_.unloaded_s() > kFreeAirS;
+    const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
+    proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
     if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
   } else {
     load_.interrupt();

@@ -61,10 +61,11 @@ class [[nodiscard]] Admission {
 /// pipeline wants:
 ///
 ///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force that
-///   stood,
-///                             so that nothing is cut off in a hand; it is there 20 ms after the contact.
+///                             stood, so that nothing is cut off in a hand; it is there 20 ms after the contact.
 ///   a jump is suspected       no more than kFreeAirN, or than there was before.
-///   the zero is not proven    none at once. What comes back afterwards grows over kProvenRiseS.
+///   only a noted step is      none after 14 ms.
+///   read
+///   the zero is not proven    none at once. What comes back after this or the row above grows over kProvenRiseS.
 ///
 /// Virtual walls, guides and fixtures are forces in free air by their nature. Theirs is bounded by where the
 /// tip is: a wall acts only within its surface, on a tip that was seen outside; a guide and a fixture by

@@ -54,6 +54,7 @@ hal::Vector3 LoadWatch::weight_n(const hal::RigSample& sample) const noexcept {
 
 void LoadWatch::prove() noexcept {
   noted_n_ = {};
+  noted_slots_ = 0;
   is_waiting_ = has_jumped_ = false;
   proven_serial_ = bias_serial_;
   has_proof_ = true;
@@ -138,11 +139,13 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   under_way_ = {};
   looks_ = 0;
 
+  swing_n_ *= 1.0 - std::min(s / kPeakFadeS, 1.0);
   suspect();
   if (find_step()) return;
   const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
   if (!is_waiting_ && !exceeds(prompt_n, kLoadN)) {  // free, as far as this shows
     has_stretch_ = false;
+    noted_slots_ = run_slots_ = 0;
     if (unloaded_s_ > kForgetsNotedS) noted_n_ = {};
     if (settling_s_ <= 0.0) {
       drift_n_ = drift_n_ + clamped(prompt_n * (1.0 / kFollowS), kFollowNPerS) * s;
@@ -158,12 +161,14 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     return prove();
   }
   follow_inertia(now);
-  if (is_left_with_noted(now)) {
+  follow_noted(now);
+  if (shows_only_noted() && exceeds(before(0).tip_mm - noted_tip_mm_, kLeftMm)) {
     jump(std::exchange(noted_n_, {}));
     fit_.reset();
     return;
   }
-  if (shows_load(now)) unloaded_s_ = 0.0;
+  const bool swings = is_swing(now);
+  if (!shows_only_noted() && !swings && shows_load(now)) unloaded_s_ = 0.0;
   if (has_jumped_ && has_proof_) look_for_object(now, to_rig);
   follow(now, to_rig);
 }
@@ -206,9 +211,11 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
   const hal::Vector3 inertia_n =
       rotated(conjugate(to_rig), acceleration * inertial_force_n(parameters_.tool_mass_g, 1.0));
   now.inertia_n = norm(inertia_n);
-  now.unseen_n =
-      norm(second_difference(&Slot::device_n)) *
+  // The tool's mass times the way that a newton bends the device.
+  const double per_n_s2 =
       inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, parameters_.compliance_mm_per_n);
+  now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
+  now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
   now.steady_n = sum_n * (1.0 / (kHalf * kHalf)) - zero + inertia_n;
   return now;
 }
@@ -230,6 +237,23 @@ bool LoadWatch::shows_load(const Load& now) const noexcept {
     return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
   }
   return dot(now.steady_n, now.prompt_n) > size_n * least_n;
+}
+
+bool LoadWatch::is_swing(const Load& now) noexcept {
+  const double along_n2 = dot(now.prompt_n, run_along_n_);
+  const bool turns = along_n2 < kTurnCosine * norm(now.prompt_n) * norm(run_along_n_);
+  if (run_slots_ == 0 || turns) {
+    run_slots_ = 0;
+    run_along_n_ = now.prompt_n;
+    // What rises out of free air says nothing of what swings, what falls or turns does.
+    const double of_now_n = unloaded_s_ < kPressedS ? now.swing_n : now.unseen_n;
+    may_swing_ = std::max(swing_n_, of_now_n) > kLoadN || (may_swing_ && unloaded_s_ < kSwingS);
+  }
+  ++run_slots_;
+  run_along_n_ = run_along_n_ + (now.prompt_n - run_along_n_) * kAlongShare;
+  swing_n_ = std::max(swing_n_, now.swing_n);
+  if (run_slots_ > kHalfSwingSlots) may_swing_ = false;
+  return may_swing_;
 }
 
 void LoadWatch::look_for_object(const Load& load, const hal::Quaternion& to_rig) noexcept {

@@ -39,12 +39,16 @@ struct LoadWatchParameters {
 ///
 ///   step        |s| ≥ kStepN (kLoadedStepN under load), s the offset between the straight lines through
 ///               kBefore slots before and kAfter slots after two slots; both fit within kFlatShare |s|, with
-///               the same slope. Not one where nothing is read any more afterwards: then a load has gone;
-///               nor, under load, between slots of uneven length: a late clock samples a contact unevenly.
+///               the same slope, and the reading itself has changed by most of it between them. Not one where
+///               nothing is read any more afterwards: then a load has gone; nor, under load, between slots of
+///               uneven length: a late clock samples a contact unevenly.
 ///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
-///               is something to press. Where nothing but that step is read any more while the tip moves, it was a
-///               jump, and the object has been left. A step back withdraws it, and so does a reading of nothing
-///               for 0.1 s.
+///               is something to press. As long as nothing but that step is read any more, the reading shows no
+///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back
+///               withdraws it, and so does a reading of nothing for 0.1 s.
+///   swing       what is read while the tool's mass may swing behind the encoders: the forces of late, the device's
+///               and the object's, may make it show more than kLoadN. A reading that begins then, or turns by more
+///               than 60° within some 10 ms, is a load only once it has lasted longer than half a swing.
 ///   suspected   from the first slot that changes by kStepN until the reading has risen three times running,
 ///               as that of a contact does, or the step is confirmed or refuted: 6 slots at most.
 ///   waiting     after a jump and after a bias: the zero is not proven before the reading has stayed what it
@@ -67,7 +71,7 @@ class LoadWatch {
  public:
   static constexpr double kLoadN = 0.05;
   static constexpr double kStepN = 0.05;
-  static constexpr double kLoadedStepN = 0.1;
+  static constexpr double kLoadedStepN = 0.075;
   static constexpr double kRecedeMm = 2.0;
   static constexpr double kProofMm = 3.0;
   static constexpr double kFollowNPerS = 0.01;  ///< cooling motors and a drifting sensor are slower
@@ -88,6 +92,8 @@ class LoadWatch {
   double unloaded_s() const noexcept { return unloaded_s_; }
   /// A step that may be a jump has not been decided on.
   bool is_suspected() const noexcept { return is_suspected_; }
+  /// All that is read is a step that was noted under load: most likely the object has been left.
+  bool shows_only_noted() const noexcept { return noted_slots_ > kLeftSlots; }
   /// Whether anything is touched is not known, and no reading counts.
   bool is_waiting() const noexcept { return is_waiting_; }
   /// The same after a jump.
@@ -108,6 +114,7 @@ class LoadWatch {
   static constexpr std::size_t kHalf = 6;  // slots of half the triangle: an encoder count is 20 mN at most
   static constexpr std::uint32_t kMinStretch = 8;
   static constexpr double kFlatShare = 0.15;
+  static constexpr double kSeenShare = 0.6;  // of a step, between the slots beside it
   static constexpr double kFlatN = 0.02;  // six deviations of a slot's noise
   static constexpr double kRisesN = 0.012;
   static constexpr double kUnchangedN = 0.025;
@@ -119,6 +126,10 @@ class LoadWatch {
   static constexpr double kPeakFadeS = 0.05;      // what violent motion set swinging fades no faster
   static constexpr double kImpactMmPerS = 50.0;
   static constexpr double kPressedS = 0.02;      // since the last load: it is pressed
+  static constexpr std::size_t kHalfSwingSlots = 16;  // of an arm that swings at 30 Hz or faster
+  static constexpr double kSwingS = 0.1;  // so long after the last load a swing is taken to go on
+  static constexpr double kTurnCosine = 0.5;
+  static constexpr double kAlongShare = 0.1;  // of a slot, in the direction that a reading is compared with
   static constexpr std::size_t kLeftSlots = 2;
   static constexpr double kLeftMm = 0.3;
   static constexpr double kForgetsNotedS = 0.1;
@@ -145,8 +156,8 @@ class LoadWatch {
     hal::Vector3 acceleration_mm_per_s2{};  ///< under the same weights
     bool is_inertia_unknown = false;        ///< after a gap and between uneven slots: it was not taken off
     double inertia_n = 0.0;                 ///< magnitude of what was taken off
-    double unseen_n =
-        0.0;  ///< of the inertia that the encoders do not show: the device bends under its force
+    double unseen_n = 0.0;  ///< of the inertia that the encoders do not show: the device bends under its force
+    double swing_n = 0.0;   ///< the same of the device's force and the load
   };
 
   const Slot& before(std::size_t age) const noexcept { return slots_[(count_ - 1 - age) % kSlots]; }
@@ -161,8 +172,10 @@ class LoadWatch {
   void follow_inertia(const Load& now) noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept;
-  /// All that is read is the step that was noted under load.
-  bool is_left_with_noted(const Load& load) noexcept;
+  /// Counts the slots in which all that is read is the step that was noted under load.
+  void follow_noted(const Load& load) noexcept;
+  /// What is read may be the arm's swing after the last load.
+  bool is_swing(const Load& now) noexcept;
   /// The zero has jumped by that much.
   void jump(const hal::Vector3& by_n) noexcept;
   bool has_even_slots(double& former_s, double& latter_s) const noexcept;
@@ -202,6 +215,11 @@ class LoadWatch {
   hal::Vector3 proven_jump_n_;
   hal::Vector3 proven_first_n_;
   double peak_inertia_n_ = 0.0;  ///< of late
+  double swing_n_ = 0.0;         ///< that the tool's mass may show of late
+  // The reading since it was nothing or turned.
+  std::size_t run_slots_ = 0;
+  bool may_swing_ = false;
+  hal::Vector3 run_along_n_;
   double settling_s_ = 0.0;      ///< left, of what was taken over
   double unloaded_s_ = 0.0;
   bool is_suspected_ = false;
@@ -209,7 +227,9 @@ class LoadWatch {
   bool has_jumped_ = false;
   hal::Vector3 noted_n_;  ///< steps under load; zero: none
   std::size_t noted_slots_ = 0;  ///< running, in which nothing else was read
-  hal::Vector3 noted_tip_mm_;    ///< at the first of them
+  std::size_t other_slots_ = 0;  ///< running, in which there was
+  hal::Vector3 noted_tip_mm_;    ///< at the first of those
+  hal::Vector3 suspected_along_;  ///< unit vector of what may be a step
   std::size_t suspected_slots_ = 0;
   std::size_t rises_ = 0;  ///< running, since then
   // The stretch over which the reading has stayed what it is.

@@ -1,6 +1,7 @@
 // Jumps of the sensor's zero by their shape.
 
 #include <algorithm>
+#include <cmath>
 
 #include "rt/guard/load_watch.h"
 #include "rt/signal/vector.h"
@@ -13,11 +14,11 @@ void LoadWatch::suspect() noexcept {
   const hal::Vector3 change_n = now_n - before(1).reading_n;
   if (is_suspected_) {
     // The reading of a contact goes on to change; a jump is over within two slots.
-    const hal::Vector3 change_before_n = before(1).reading_n - before(2).reading_n;
+    const double along_n = dot(change_n, suspected_along_);
+    const double along_before_n = dot(before(1).reading_n - before(2).reading_n, suspected_along_);
     constexpr double kGoesOn = 0.3;
-    const bool goes_on = dot(change_n, change_before_n) > 0.0 &&
-                         squared(change_n) > kGoesOn * kGoesOn * squared(change_before_n) &&
-                         exceeds(change_n, kRisesN);
+    const bool goes_on = along_n * along_before_n > 0.0 &&
+                         std::abs(along_n) > std::max(kGoesOn * std::abs(along_before_n), kRisesN);
     rises_ = goes_on ? rises_ + 1 : 0;
     if (++suspected_slots_ > kAfter + 2 || rises_ >= 2) is_suspected_ = false;
     return;
@@ -27,6 +28,7 @@ void LoadWatch::suspect() noexcept {
   const hal::Vector3 earlier_n = before(2).reading_n - before(4).reading_n;
   if (exceeds(earlier_n, kFlatN + 0.3 * norm(over_two_n))) return;  // it has been changing all along
   is_suspected_ = true;
+  suspected_along_ = over_two_n * (1.0 / norm(over_two_n));
   suspected_slots_ = 0;
   rises_ = 0;
 }
@@ -68,12 +70,18 @@ bool LoadWatch::find_step() noexcept {
   if (was_loaded) step_n = step_n - (slope_after + slope_before) * (0.5 * kApart);
   const double size_n = norm(step_n);
   if (size_n < (was_loaded ? kLoadedStepN : kStepN)) return false;
+  // Two lines that are steep may miss each other where nothing stepped: an arm that swings.
+  if (dot(reading(kAfter - 1) - reading(kAfter + 2), step_n) < kSeenShare * size_n * size_n) return false;
   const double flat_n = kFlatN + kFlatShare * size_n;
   // An orientation that jumps, not the sensor.
   if (exceeds(before(0).weight_n - before(8).weight_n, 0.5 * kStepN)) return false;
-  if (exceeds(slope_after - slope_before, flat_n / kAfter)) return false;
-  if (exceeds(reading(0) + reading(3) - reading(1) - reading(2), 2.0 * flat_n)) return false;
-  if (exceeds(reading(6) + reading(8) - reading(7) * 2.0, 2.0 * flat_n)) return false;
+  // Under a load, which may change meanwhile, what the step itself points to is flat.
+  const auto bent_n = [&](const hal::Vector3& v) {
+    return was_loaded ? std::abs(dot(v, step_n)) / size_n : norm(v);
+  };
+  if (bent_n(slope_after - slope_before) > flat_n / kAfter) return false;
+  if (bent_n(reading(0) + reading(3) - reading(1) - reading(2)) > 2.0 * flat_n) return false;
+  if (bent_n(reading(6) + reading(8) - reading(7) * 2.0) > 2.0 * flat_n) return false;
   if (!exceeds(mean_after - zero, kLoadN)) return false;  // what was felt has gone
   if (exceeds(jump_n_ + step_n, kMaxJumpN) || is_impact()) return false;
   is_suspected_ = false;
@@ -98,23 +106,26 @@ bool LoadWatch::find_step() noexcept {
 void LoadWatch::jump(const hal::Vector3& by_n) noexcept {
   ++jump_count_;
   last_jump_n_ = by_n;
+  noted_slots_ = 0;
   is_waiting_ = has_jumped_ = true;
   has_stretch_ = false;
   jump_n_ = jump_n_ + by_n;
   unloaded_s_ = kLongS;
 }
 
-bool LoadWatch::is_left_with_noted(const Load& load) noexcept {
-  if (squared(noted_n_) == 0.0) return false;
+void LoadWatch::follow_noted(const Load& load) noexcept {
+  if (squared(noted_n_) == 0.0) return;
   Load without = load;
   without.prompt_n = load.prompt_n - noted_n_;
   without.steady_n = load.steady_n - noted_n_;
-  if (shows_load(without)) {
+  const bool is_other = shows_load(without);
+  // One slot of noise does not make a load of it again.
+  other_slots_ = is_other ? other_slots_ + 1 : 0;
+  if (is_other && (!shows_only_noted() || other_slots_ > kLeftSlots)) {
     noted_slots_ = 0;
-    return false;
+  } else if (noted_slots_++ == 0) {
+    noted_tip_mm_ = before(0).tip_mm;
   }
-  if (noted_slots_++ == 0) noted_tip_mm_ = before(0).tip_mm;
-  return noted_slots_ > kLeftSlots && exceeds(before(0).tip_mm - noted_tip_mm_, kLeftMm);
 }
 
 }  // namespace hapticd::rt

@@ -17,6 +17,8 @@ VirtualRun::VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& sc
       scene_(value_of(rt::resolve(scene, rig_->info()))),
       pipeline_(value_of(rt::compose(scene_, rig_->info(), model))),
       renderer_(std::make_unique<rt::Renderer>(scene_.guard, rig.rate_hz)) {
+  // The published pipeline, which renders without evidence, had no guard of free air either.
+  if (!scene_.contact.evidence.required) scene_.guard.renders_real_object = false;
   if (with_scene) renderer_->exchange(pipeline_.get(), scene_.guard);
 }
 
