@@ -4,7 +4,7 @@ and that hapticctl writes to the terminal in one place.
 
     deploy/check_arrows.py [--root FOLDER] [--list]
 
---list prints each folder with its files, lines and the folders it includes from. Exit status 1 where a rule is broken.
+--list prints each folder with its files, lines and the folders it includes from. Exit status 1 if a rule is broken.
 """
 import argparse
 import collections

@@ -4,7 +4,7 @@
     python3 deploy/check_blocks.py           every page of the repository
     python3 deploy/check_blocks.py --write   puts the files into the pages
 
-A comment of its own in the line before a fenced block names the file, from the root of the repository:
+A separate comment in the line before a fenced block names the file, from the root of the repository:
 
     <!--file: client/cpp/examples/first_client.cpp-->
 

@@ -79,13 +79,13 @@ def plain(number):
 
 
 def numbers_before(text, position):
-    """The one or two numbers that end at `position`; none where no number is there."""
+    """The one or two numbers that end at `position`; none if no number is there."""
     found = BEFORE_MARK.search(text[:position])
     return [plain(number) for number in found.groups() if number] if found else []
 
 
 class Definition:
-    """The meaning of one mark. Complaint where it is malformed."""
+    """The meaning of one mark. Complaint if it is malformed."""
 
     def __init__(self, name, table):
         if not isinstance(table, dict):
@@ -132,8 +132,8 @@ class Definition:
         )
 
     def printed(self, records, whole=True):
-        """What the text must have, one number or two. Complaint where the records do not give it; `whole`: or
-        where a condition that is listed, or more values than are said to be, are missing."""
+        """What the text must have, one number or two. Complaint if the records do not give it; `whole`: or if a
+        condition that is listed, or more values than are said to be, are missing."""
         ours = [record for record in records if self.matches(record)]
         values = [self.factor * record["value"] for record in ours if record["value"] is not None]
         if not values:
@@ -166,7 +166,7 @@ class Definition:
         return len(printed) == len(measured) and all(abs(old - new) <= self.tolerance * abs(new) for old, new in pairs)
 
     def decimals(self):
-        """Digits behind the point that the format prints; None where it does not fix them."""
+        """Digits behind the point that the format prints; None if it does not fix them."""
         if self.format.endswith("d"):
             return 0
         return int(self.format[self.format.index(".") + 1 : -1]) if self.format.endswith("f") else None
@@ -331,7 +331,7 @@ def check_figures(marks, definitions, records, options, complaints, remarks):
 
 
 def typeset(number):
-    """As numbers are written in the text: a real minus, thousands apart."""
+    """Number as the text writes it: a real minus, thousands apart."""
     whole, point, rest = number.partition(".")
     if re.fullmatch(r"[+-]?\d{5,}", whole):
         whole = f"{int(whole):+,}" if whole.startswith("+") else f"{int(whole):,}"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Fails when a link in a Markdown page leads nowhere. Uses no network: links to other sites are not followed.
+"""Fails when a link in a Markdown page, or a path in docs/where.md, leads nowhere. Uses no network: links to other sites are not followed.
 
     python3 deploy/check_links.py             every page of the repository
-    python3 deploy/check_links.py --targets   prints what the pages link to and is no page itself (pictures, sources)
+    python3 deploy/check_links.py --targets   prints what the pages link to that is not a page (pictures, sources)
 
 A relative link names a file of the repository, never a folder: only a file has a page when the documentation is built
 as HTML. An anchor is the heading as GitHub and as mkdocs spell it, so both must agree, and the heading is there once in
@@ -20,6 +20,8 @@ from urllib.parse import unquote
 
 ROOT = Path(__file__).resolve().parent.parent
 SKIPPED = {"build", "out", "third_party"}
+# Pages whose `quoted/paths` are paths of the repository: files, folders with a / at the end, or patterns with *.
+PAGES_OF_PATHS = ("docs/where.md",)
 
 LINK = re.compile(r"!?\[(?:[^\]\n]|\n(?!\n))*\]\(([^()\s]+(?:\([^()\s]*\))?)\)")
 ELSEWHERE = re.compile(r"[a-z][a-z0-9+.-]*:|//")
@@ -111,9 +113,20 @@ def problem_of(root, page, target):
     return None
 
 
+def gone_paths(root):
+    """(page, line number, path) of each quoted path that does not exist, in the pages that list paths."""
+    for name in PAGES_OF_PATHS:
+        page = root / name
+        lines = page.read_text(encoding="utf-8").splitlines() if page.is_file() else []
+        for number, line in enumerate(lines, 1):
+            for path in re.findall(r"`([^`\s]+/[^`\s]*)`", line):
+                if not any(one.is_dir() == path.endswith("/") for one in root.glob(path)):
+                    yield name, number, path
+
+
 def check(root):
     """[what is wrong], in words for the reader."""
-    wrong = []
+    wrong = [f"{name}:{number}: {path}: there is no such path" for name, number, path in gone_paths(root)]
     for page in pages_of(root):
         for number, target in links_of(page):
             problem = problem_of(root, page, target)
@@ -123,7 +136,7 @@ def check(root):
 
 
 def targets(root):
-    """What the pages link to and is no page, relative to `root`."""
+    """What the pages link to and is not a page, relative to `root`."""
     found = set()
     for page in pages_of(root):
         for _, target in links_of(page):

@@ -7,9 +7,9 @@
 - docs/threads.md has a row for each lock, with its file, in the table of its type, and no row of a lock that is gone;
 - a lock guards something: a member names it (GUARDED_BY), or it is a SerialMutex, or it is listed in GUARDS_A_CHANNEL;
 - no lock of the standard library outside hal/lock: clang's analysis does not see it;
-- no std::function as a member where there is a lock: it is a Callback, which is not called under one.
+- no std::function as a member next to a lock: it is a Callback, which is not called under one.
 
-Exit status 1 where one of these is broken.
+Exit status 1 if one of these is broken.
 """
 import argparse
 import pathlib

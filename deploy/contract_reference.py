@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes docs/contract.md, the reference of the contract, from the comments of the .proto files.
 
-    deploy/contract_reference.py [--write]     without --write: exit status 1 where the page is out of date
+    deploy/contract_reference.py [--write] without --write: exit status 1 if the page is out of date
 """
 import pathlib
 import re
@@ -23,7 +23,7 @@ def cell(text):
 
 
 class Reader:
-    """Reads one file line by line: comments belong to what follows them, or stand behind it on the same line."""
+    """Reads one file line by line: comments belong to what follows them, or are behind it on the same line."""
 
     def __init__(self, name):
         self.name, self.path, self.comment, self.lines = name, [], [], []

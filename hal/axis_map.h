@@ -15,13 +15,13 @@ namespace hapticd::hal {
 /// exist, so a left-handed text is refused as a mistake.
 class AxisMap {
  public:
-  /// The sensor's axes are the tool's.
+  /// Maps the sensor's axes to the same axes of the tool.
   AxisMap() = default;
   /// Error: the text does not name three different axes, or is left-handed. `where` is the place for the
   /// error.
   static Result<AxisMap> parse(std::string_view text, std::string_view where);
 
-  /// From the sensor's axes to the tool's. Valid for forces and torques, as no mirror is involved.
+  /// Turns a force or torque from the sensor's axes into the tool's; no mirror is involved.
   constexpr Vector3 to_tool(const Vector3& sensor) const noexcept {
     const std::array<double, 3> v{sensor.x, sensor.y, sensor.z};
     return {sign_[0] * v[axis_[0]], sign_[1] * v[axis_[1]], sign_[2] * v[axis_[2]]};

@@ -10,22 +10,22 @@ namespace hapticd::hal {
 /// withdrawn: its caller got an error, and whatever loads the sensor later must not become the zero.
 class BiasRequest {
  public:
-  /// Asks for one. Its number; 0 where another one is pending.
+  /// Asks for one. Its number; 0 if another one is pending.
   std::uint64_t ask() noexcept;
   /// Waits for it. False: it was not taken in time, and never will be.
   bool await(std::uint64_t number, std::chrono::milliseconds timeout) noexcept;
   bool is_pending() const noexcept { return wanted_.load(std::memory_order_acquire) != 0; }
-  /// How many were taken.
+  /// Number of requests that were taken.
   std::uint64_t count() const noexcept { return count_.load(std::memory_order_acquire); }
 
   // The reader's, wait-free.
-  /// The number of the one that is pending; 0 = none.
+  /// Number of the request that is pending; 0 = none.
   std::uint64_t wanted() const noexcept { return wanted_.load(std::memory_order_acquire); }
-  /// Before it is taken. False: it was withdrawn meanwhile.
+  /// Claims a request before it is taken. False: it was withdrawn meanwhile.
   bool claim(std::uint64_t number) noexcept {
     return wanted_.compare_exchange_strong(number, 0, std::memory_order_acq_rel);
   }
-  /// After it was taken.
+  /// Notes that the request was taken.
   void note_taken(std::uint64_t number) noexcept {
     count_.fetch_add(1, std::memory_order_relaxed);
     taken_.store(number, std::memory_order_release);

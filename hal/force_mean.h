@@ -13,13 +13,13 @@ namespace hapticd::hal {
 class ForceMean {
  public:
   void add(const Vector3& force_n, const Vector3& torque_n_mm) noexcept;
-  /// The same for a sample captured at `time_ns`, on the clock of take().
+  /// Adds a sample captured at `time_ns`, on the clock of take().
   void add(const Vector3& force_n, const Vector3& torque_n_mm, std::int64_t time_ns) noexcept;
   /// Writes force, torque and count into the sample and starts over. With no sample since the last call the
   /// previous mean is kept and sample_status::kForceMissing is set.
   void take(RigSample& sample) noexcept;
-  /// The same at `now_ns`, for samples with capture times: also fills force_mean_age_ns, which exceeds any
-  /// limit until there was a sample.
+  /// Takes the mean at `now_ns`, for samples with capture times: also fills force_mean_age_ns, which exceeds
+  /// any limit until there was a sample.
   void take(RigSample& sample, std::int64_t now_ns) noexcept;
 
  private:

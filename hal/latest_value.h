@@ -8,21 +8,21 @@
 namespace hapticd::hal {
 
 /// The newest value from one thread to one other, wait-free on both ends: each owns one of three slots, the
-/// third changes hands. Values that no one fetched are replaced, so what must not be lost is written as a
+/// third changes hands. A value that was not fetched is replaced, so what must not be lost is written as a
 /// running total.
 template <class T>
 class LatestValue {
   static_assert(std::is_trivially_copyable_v<T>, "only plain values may cross between threads");
 
  public:
-  /// Producer only.
+  /// Publishes a value. Producer only.
   void publish(const T& value) noexcept {
     slots_[producer_] = value;
     producer_ =
         shared_.exchange(static_cast<std::uint8_t>(producer_ | kNew), std::memory_order_acq_rel) & kSlot;
   }
 
-  /// Consumer only: the newest published, or T{} if there was none.
+  /// Fetches the newest value published, or T{} if there was none. Consumer only.
   const T& fetch() noexcept {
     if ((shared_.load(std::memory_order_relaxed) & kNew) != 0) {
       consumer_ = shared_.exchange(consumer_, std::memory_order_acq_rel) & kSlot;

@@ -20,7 +20,7 @@ struct Nano17Calibration {
 };
 
 std::span<const Nano17Calibration> nano17_calibrations();
-/// By model or by the manufacturer's name. `where` is the place for the error.
+/// Finds a calibration by model or by the manufacturer's name. `where` is the place for the error.
 Result<Nano17Calibration> find_nano17_calibration(std::string_view model, std::string_view where);
 
 }  // namespace hapticd::hal

@@ -50,7 +50,7 @@ struct RigInfo {
   double rate_hz = 1000.0;
   DeviceInfo device;
   SensorInfo sensor;
-  bool renders_force = true;           ///< false where commands have no effect (a recording)
+  bool renders_force = true;           ///< false if commands have no effect (a recording)
   bool has_truth = false;              ///< true if truth() returns data
   bool has_external_position = false;  ///< true if external_position() returns data
   std::vector<UncertainParameter> uncertain;
@@ -96,16 +96,16 @@ class HapticDevice : public RigPart {
   virtual void read(RigSample& sample) noexcept = 0;
   /// Force on the tip from now on; takes effect after the device's own latency.
   virtual void write(const DeviceCommand& command) noexcept = 0;
-  /// The process crashes: writes zero force, and only zero from now on. Called in a signal handler while
-  /// other threads run; async-signal-safe except for the calls of the device itself, bounded to some tens
-  /// of milliseconds. Does nothing if the device does not support it.
+  /// Writes, in a crash of the process, zero force, and only zero from now on. Called in a signal handler
+  /// while other threads run; async-signal-safe except for the calls of the device itself, bounded to some
+  /// tens of milliseconds. Does nothing if the device does not support it.
   virtual void write_zero_in_crash() noexcept {}
   /// Takes the present pose as the reset pose, once the device has rested while it is read; does not wait
   /// for that. Error: the device needs no homing. Any thread but the clock's.
   virtual std::optional<Error> home() {
     return Error{"the device homes itself", "haptic device", "", "", "there is nothing to do"};
   }
-  /// Its uncertain parameters.
+  /// Uncertain parameters of the rig.
   virtual std::vector<UncertainParameter> uncertain() const { return {}; }
   /// Null if a periodic thread may read and write the device.
   virtual ServoClock* clock() noexcept { return nullptr; }
@@ -161,17 +161,17 @@ class Rig {
   /// Takes the present pose of the device as its reset pose; does not wait until it rests.
   virtual std::optional<Error> home_device() { return nothing_to("home", "haptic device"); }
 
-  /// Next measurement. Bounded time, no allocation.
+  /// Reads the next measurement. Bounded time, no allocation.
   virtual void read(RigSample& sample) noexcept = 0;
   virtual void write(const DeviceCommand& command) noexcept = 0;
   /// HapticDevice::write_zero_in_crash() of its device.
   virtual void write_zero_in_crash() noexcept {}
   /// True when there is nothing more to read (a recording has ended).
   virtual bool exhausted() const noexcept { return false; }
-  /// The ground truth of the last sample; false if there is none.
+  /// Reads the true state at the last sample; false if there is none.
   virtual bool truth(TruthSample&) const noexcept { return false; }
 
-  /// The tip's position measured by an external instrument (an LVDT, a laser), rig frame, at the last
+  /// Reads the tip's position measured by an external instrument (an LVDT, a laser), rig frame, at the last
   /// sample; false if there is none. Unlike the encoders it sees the device bend.
   virtual bool external_position(Vector3& /*position_mm*/) const noexcept { return false; }
 

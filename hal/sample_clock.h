@@ -7,10 +7,10 @@
 
 namespace hapticd::hal {
 
-/// When samples were taken that are numbered and evenly spaced, but arrive late and in bunches: the instant
-/// of sample n is base + n · period. Arrivals say only that a sample was taken before; so the earliest
-/// arrivals of each tenth of a second carry the line, and the others are late. The smallest delay on the path
-/// is not seen and counts as none.
+/// Finds when samples were taken that are numbered and evenly spaced, but arrive late and in bunches: the
+/// instant of sample n is base + n · period. Arrivals say only that a sample was taken before; so the
+/// earliest arrivals of each tenth of a second carry the line, and the others are late. The smallest delay on
+/// the path is not seen and counts as none.
 ///
 /// The period starts at the rate reported by the source and is corrected by the drift of the line. If the
 /// two differ by more than 2 % at the beginning, or no rate is reported (0 Hz), the period is measured:
@@ -92,7 +92,7 @@ class SampleClock {
   double time_ns_ = 0.0;  ///< of the newest sample, since base_ns_
   std::uint32_t number_ = 0;
   double ahead_ns_ = 0.0;
-  // Of the present tenth of a second:
+  // Values of the present tenth of a second:
   double block_begin_ns_ = 0.0;
   std::uint32_t block_number_ = 0;
   double min_delay_ns_ = std::numeric_limits<double>::infinity();

@@ -7,7 +7,7 @@
 
 namespace hapticd::hal {
 
-/// Without blanks and ends of lines at both ends.
+/// Text without blanks and ends of lines at both ends.
 inline std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n";
   const std::size_t first = text.find_first_not_of(kBlanks);

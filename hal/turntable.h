@@ -61,7 +61,7 @@ enum class MotionEnd : std::uint8_t {
   kForbidden,  ///< the permit was refused or withdrawn
   kTimedOut,
   kStalled,
-  kMissed,  ///< the drive says that it has arrived, but stands elsewhere
+  kMissed,  ///< the drive says that it has arrived, but is elsewhere
   kAlarm,
   kLost,     ///< contact with the drive was lost on the way: where it is is not known
   kRefused,  ///< the drive did not take the order
@@ -112,14 +112,14 @@ class Turntable {
   virtual TurntableStatus status() const = 0;
   virtual PartReport report() const = 0;
 
-  /// In the place of the one before; an empty one forbids nothing.
+  /// Sets the permit in place of the one before; an empty one forbids nothing.
   virtual void set_permit(MotionPermit permit) = 0;
   /// Begins a motion and returns its number; how it ends is reported by status(). Refused while another one
   /// is under way, without a fresh position, in an alarm or stall, or without the permit. move_to() needs a
   /// homed table.
   virtual Result<std::uint64_t> home() = 0;
   virtual Result<std::uint64_t> move_to(double angle_deg, const MotionLimits& limits) = 0;
-  /// As fast as the drive can, whichever client began the motion. Nothing happens when it is at rest.
+  /// Stops as fast as the drive can, whichever client began the motion. Does nothing at rest.
   virtual void stop() = 0;
   /// Leaves a stall, and has the drive leave its alarm; whether it does is reported by status().
   virtual std::optional<Error> clear_alarm() = 0;

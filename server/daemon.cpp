@@ -86,7 +86,7 @@ struct Daemon::Parts {
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
   }
 
-  /// What a change of control does to the rest.
+  /// Effects of a change of control on the rest.
   LeaseDesk::Effects effects() {
     return {[this](std::uint64_t number) {
               session.engine().set_lease(number);

@@ -36,11 +36,11 @@ class Daemon {
   static std::unique_ptr<StartFailure> check(const DaemonConfig& config);
 
   std::uint16_t port() const;
-  /// That of connections with certificates; 0 where there are none.
+  /// Port of connections with certificates; 0 if there are none.
   std::uint16_t tls_port() const;
-  /// That of metrics; 0 where they are off.
+  /// Port of metrics; 0 if they are off.
   std::uint16_t metrics_port() const;
-  /// Zero force first; then streams end, waiting calls are ended, and the sockets close.
+  /// Shuts down: zero force first; then streams end, waiting calls are ended, and the sockets close.
   void shutdown();
 
  private:

@@ -31,7 +31,7 @@ int fail(ExitCode code, const hal::Error& error) {
   return static_cast<int>(code);
 }
 
-/// One descriptor for each connection: as many as the system allows.
+/// Raises the limit of descriptors, one for each connection: as many as the system allows.
 void raise_descriptor_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
@@ -56,7 +56,7 @@ std::optional<hal::Error> check_address_space() {
                     "ulimit -v unlimited, or LimitAS=infinity in the service's unit"};
 }
 
-/// What it writes is for its user and group: recordings, incidents, the store of models. A stricter mask
+/// Lets user and group read what it writes: recordings, incidents, the store of models. A stricter mask
 /// stays.
 void write_for_own_group() {
   const mode_t given = umask(0077);
@@ -82,7 +82,7 @@ int run(int argc, char** argv) {
     return static_cast<int>(ExitCode::kClean);
   }
 
-  // Next to the models; where these are in memory, nothing is written.
+  // Next to the models; if these are in memory, nothing is written.
   if (config->recording.folder.empty() && config->model_store != ":memory:") {
     config->recording.folder = !config->state_folder.empty()
                                    ? config->state_folder
@@ -95,8 +95,8 @@ int run(int argc, char** argv) {
   server::set_memory_budget();
   server::hold_back_ending_signals();  // before there are threads: they inherit it
   server::install_crash_handlers();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of who writes it, not the end
-  // Before the first line of the log, which has a thread of its own.
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its writer, not the end
+  // Comes before the first line of the log, which has its own thread.
   if (const std::string why = rt::leave_to_the_loop(config->loop.cpu); !why.empty()) {
     server::log_warning("threads of the service may run on the loop's CPU: " + why);
   }

@@ -7,8 +7,8 @@ namespace hapticd::cli {
 
 namespace {
 
-/// A command that only has commands below it inherits the footer of the whole program. Its own footer lists
-/// them.
+/// Adds footers: a command that only has commands below it would inherit the footer of the whole program, so
+/// it gets one that lists them.
 void add_footers(CLI::App& app) {
   const std::string whole = app.get_footer();
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {

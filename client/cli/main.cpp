@@ -49,6 +49,6 @@ int main(int argc, char** argv) {
     if (std::ferror(stdout) == 0) return static_cast<int>(report(LocalError(error.what()), session));
   }
   if (all_was_printed()) return static_cast<int>(session.exit_code);
-  session.json = false;  // it would be printed where nothing can be
+  session.json = false;  // it would be printed although nothing can be
   return static_cast<int>(report(output_lost(), session));
 }

@@ -91,7 +91,7 @@ struct ConsoleServer::State {
   void take(Tcp::socket socket, bool is_tls);
   /// Makes room for one more connection; false if that is impossible.
   bool make_place();
-  /// Once a second: the life sign for systemd, and the end of a console without pages.
+  /// Looks once a second: the life sign for systemd, and the end of a console without pages.
   void look();
   void close_pages();
 

@@ -47,7 +47,7 @@ beast::string_view view_of(std::string_view text) {
   return {text.data(), text.size()};
 }
 
-/// What came is no HTTP.
+/// True if what came is not HTTP.
 bool is_malformed(const beast::error_code& error) {
   return error.category() == http::make_error_code(http::error::bad_value).category() &&
          error != http::error::end_of_stream && error != http::error::partial_message;

@@ -25,7 +25,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   HttpConnection& operator=(const HttpConnection&) = delete;
 
   void start();
-  /// Waits for a request of a browser that is not signed in: it goes first where there are too many.
+  /// True while it waits for a request of a browser that is not signed in: it goes first if there are too
+  /// many.
   bool is_strange() const { return is_waiting_ && !session_; }
   bool is_idle() const { return is_waiting_; }
   void close();
@@ -39,7 +40,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void on_header(boost::beast::error_code error);
   void read_body();
   void on_body(boost::beast::error_code error);
-  /// Whether the request may be made; if not, it has been refused.
+  /// True if the request may be made; if not, it has been refused.
   bool admit();
   void handle();
   void serve_file(std::string_view path);
@@ -50,7 +51,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void sign_in_as(const std::string& name);
   void refuse_key();
   void become_socket();
-  /// A page in words for people, or JSON for the page's own requests.
+  /// Refuses with a page in words for people, or JSON for the page's own requests.
   void refuse(unsigned status, const std::string& why);
   void reply(unsigned status, std::string_view type, std::string body);
   void send(Response response);

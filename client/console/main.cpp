@@ -17,8 +17,8 @@ namespace {
 
 using namespace hapticd;
 
-/// What a terminal or program waits for has been said: a program that goes on in the background keeps no
-/// one's pipe open.
+/// Lets go of the terminal or program that waits, once all it waits for has been said: a program that goes on
+/// in the background holds no pipe open.
 void let_go_of_terminal() {
   const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, standard);

@@ -9,7 +9,7 @@
 
 namespace hapticd::console {
 
-/// Where pages are served.
+/// Address on which pages are served.
 struct PageAddress {
   std::string host;  ///< as it was given, "127.0.0.1", "::1", "localhost"
   boost::asio::ip::tcp::endpoint endpoint;
@@ -28,8 +28,8 @@ struct Options {
   std::size_t max_sockets = 64;           ///< live connections of pages at once
   double max_requests_per_s = 200.0;      ///< of one identity; stops do not count
   double session_h = 24.0 * 7.0;          ///< how long a browser stays signed in
-  /// For the user who starts it: every call is this user's own, the only key is printed, and the program ends
-  /// some seconds after the last page is gone.
+  /// True for the user who starts it: every call is this user's own, the only key is printed, and the program
+  /// ends some seconds after the last page is gone.
   bool is_personal = false;
 };
 

@@ -13,14 +13,14 @@ struct PageFile {
 };
 std::span<const PageFile> page_files();
 
-/// The file behind a path; nullptr where there is none. "/" is console.html, "/visual" visual.html, and every
-/// other path the name of a file.
+/// File behind a path; nullptr if there is none. "/" is console.html, "/visual" visual.html, and every other
+/// path the name of a file.
 const PageFile* page_file_at(std::string_view path);
 /// The file's ETag: a text in quotes that changes with the file.
 std::string tag_of(const PageFile& file);
 /// A page that says why there is nothing else to see, e.g. as the browser is not signed in.
 std::string page_of_refusal(const std::string& why);
-/// By the ending of the name.
+/// Content type by the ending of the name.
 std::string_view content_type_of(std::string_view name);
 
 }  // namespace hapticd::console

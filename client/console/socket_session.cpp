@@ -24,7 +24,7 @@ constexpr std::size_t kMaxTaps = 4;
 constexpr std::uint64_t kMaxCredits = 1000;
 constexpr std::uint64_t kMaxTapCredits = 4;
 constexpr std::size_t kMaxColumns = 256;
-/// Above it streams wait; far above it the connection ends.
+/// Bytes above which streams wait; far above it the connection ends.
 constexpr std::size_t kBusyBytes = 1U << 20U;
 constexpr std::size_t kMaxQueuedBytes = 16U << 20U;
 constexpr std::size_t kMaxQueued = 4096;
@@ -216,7 +216,7 @@ bool SocketSession::close_stream(const json& message) {
   return true;  // goes when its end comes
 }
 
-/// Finds the columns; false where one is not there.
+/// Finds the columns; false if one is not there.
 bool SocketSession::announce(std::uint64_t id, Tap& tap) {
   const auto& columns = tap.feed->columns();
   json list = json::array();

@@ -30,7 +30,7 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
   SocketSession(const SocketSession&) = delete;
   SocketSession& operator=(const SocketSession&) = delete;
 
-  /// As the daemon does not answer: the page tries again.
+  /// Ends because the daemon does not answer: the page tries again.
   void end_for_loss();
 
  private:
@@ -58,7 +58,7 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
   void read();
   void beat();
   void end(boost::beast::websocket::close_code code, const std::string& why);
-  /// False where the message breaks the rules: the connection ends.
+  /// False if the message breaks the rules: the connection ends.
   bool take(std::string_view text);
   bool open_stream(const nlohmann::json& message);
   bool open_telemetry(const nlohmann::json& message);

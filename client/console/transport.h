@@ -52,7 +52,7 @@ class Transport {
   bool has_tls() const { return tls_ != nullptr; }
   SSL* ssl();
 
-  /// As a server; `handler(error)`.
+  /// Shakes hands as a server; `handler(error)`.
   template <class Handler>
   void async_handshake(Handler handler) {
     shake_hands(TransferHandler([handler = std::move(handler)](boost::beast::error_code error,

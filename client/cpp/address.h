@@ -4,7 +4,7 @@
 
 namespace hapticd::client {
 
-/// Where a daemon listens when no one says otherwise.
+/// Address of the daemon when none is given.
 inline constexpr const char* kDefaultAddress = "127.0.0.1:50051";
 
 /// Turns "host:port", "[v6]:port", each also with "tls:" before it, or "unix:/path" into the name gRPC knows

@@ -20,7 +20,7 @@ std::string environment(const char* name) {
   return value == nullptr ? std::string() : std::string(value);
 }
 
-/// Where certificates may be, the first choice first.
+/// Folders in which certificates may be, the first choice first.
 std::vector<std::string> folders_for(const std::string& host) {
   if (const std::string named = environment("HAPTICD_CERTIFICATES"); !named.empty()) return {named};
   std::string base = environment("XDG_CONFIG_HOME");

@@ -15,7 +15,7 @@ struct CertificateFiles {
 /// sockets and its loopback (127.0.0.0/8, ::1, localhost), without "tls:" before the address.
 bool needs_certificates(const std::string& address);
 
-/// Those for a daemon: in `folder` if one is given, else in the first of these that exists:
+/// Certificates for a daemon: in `folder` if one is given, else in the first of these that exists:
 /// $HAPTICD_CERTIFICATES, certificates/HOST and certificates in $XDG_CONFIG_HOME/hapticd (~/.config/hapticd).
 /// Throws Error (kBadAddress) with the places where it looked when a file is missing.
 CertificateFiles find_certificates(const std::string& address, const std::string& folder);

@@ -14,7 +14,7 @@ namespace hapticd::client {
 /// Throws Error: kBadAddress.
 std::shared_ptr<grpc::Channel> make_channel(const ClientOptions& options,
                                             grpc::ChannelArguments arguments = {});
-/// The same, connected. Throws Error: kBadAddress, kUnreachable.
+/// Opens a channel and connects it. Throws Error: kBadAddress, kUnreachable.
 std::shared_ptr<grpc::Channel> open_channel(const ClientOptions& options);
 
 }  // namespace hapticd::client

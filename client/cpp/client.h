@@ -31,24 +31,25 @@
 
 namespace hapticd::client {
 
-/// Where the daemon is, and how long to wait for it.
+/// Address of the daemon, and how long to wait for it.
 struct ClientOptions {
   /// "host:port", "[v6]:port" or "unix:/path". Beyond this machine the connection carries certificates;
   /// "tls:host:port" has it carry them within this machine too.
   std::string address = kDefaultAddress;
-  /// For connecting, and for each call. Calls that may take longer say by how much.
+  /// Timeout for connecting, and for each call. Calls that may take longer say by how much.
   std::chrono::milliseconds timeout{5000};
   /// Folder of client.crt, client.key and authority.crt; empty: see find_certificates().
   std::string certificates = {};
-  /// Of a lease that another program keeps: every call goes under it.
+  /// Token of a lease that another program keeps: every call goes under it.
   std::string lease_token = {};
-  /// Where a command needs a lease, and no client holds one: acquires it, and gives it back at the end.
+  /// True: a command that needs a lease, while no client holds one, acquires it, and gives it back at the
+  /// end.
   bool acquires_lease = false;
-  /// Of a lease that is acquired so; shown to others.
+  /// Purpose of a lease that is acquired so; shown to others.
   std::string lease_purpose = {};
 };
 
-/// Whether rig_state() comes with the loop's histograms. They are 25 kB; leave them out where you ask often.
+/// Whether rig_state() comes with the loop's histograms. They are 25 kB; leave them out if you ask often.
 enum class Histograms { kWith, kWithout };
 
 /// A scene: by the name the daemon knows it by, or as the text of a scene file. One of the two.
@@ -69,7 +70,7 @@ struct SceneSource {
 ///  ClientOptions::timeout.
 ///  - kRefused: the daemon says no. "Refused:" below lists the reasons, without their prefix ERROR_REASON_
 ///    (Error::detail().reason()). Any call can also be refused with UNAVAILABLE while the daemon starts or
-///    ends, TOO_MANY where too many calls are under way, and INVALID where a text is not UTF-8.
+///    ends, TOO_MANY if too many calls are under way, and INVALID where a text is not UTF-8.
 ///
 ///     hapticd::client::Client client({.address = "127.0.0.1:50051"});
 ///     client.load_scene({.name = "tap_1d"});
@@ -78,33 +79,34 @@ struct SceneSource {
 ///     const auto answer = client.set_target(request);  // answer.granted_n_per_mm()
 class Client {
  public:
-  /// Connects. Throws Error: kBadAddress where the address is none, kUnreachable where no daemon answers
-  /// within the timeout.
+  /// Connects. Throws Error: kBadAddress if it is not an address, kUnreachable if no daemon answers within
+  /// the timeout.
   explicit Client(ClientOptions options);
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;
   ~Client();
 
-  /// As given in the options.
+  /// Address as given in the options.
   const std::string& address() const noexcept;
 
   // Access. A call that needs another role is refused with NOT_PERMITTED. Every command, in what follows, can
   // be refused with LEASE_HELD (another client controls the rig), LEASE_REQUIRED, or LEASE_LOST (it was
   // taken, or expired, before the command took effect).
 
-  /// Who the daemon takes this client for, its role, and what every call needs.
+  /// Identity that this client has for the daemon, its role, and what every call needs.
   v1::Access access();
   /// An address that a browser opens to be this client: secret, and works once, within a minute. A refused()
-  /// Error where the daemon shows no console.
+  /// Error if the daemon shows no console.
   v1::OpenConsoleResponse open_console();
-  /// Who controls the rig.
+  /// State of the lease: who controls the rig.
   v1::LeaseState lease();
   /// Exclusive control: all calls from now on go under it, and it is renewed in the background until
   /// return_lease() or the end of this object. Time to live 1 … 60 s. Refused: LEASE_HELD, OUT_OF_RANGE.
   v1::LeaseGrant acquire_lease(const v1::AcquireLeaseRequest& request);
-  /// The same from a client that holds it. It is informed first: waits up to 10 s beyond the timeout.
+  /// Takes the lease from a client that holds it. That one is informed first: waits up to 10 s beyond the
+  /// timeout.
   v1::LeaseGrant take_lease(const v1::TakeLeaseRequest& request);
-  /// No effect where this client keeps none.
+  /// No effect if this client keeps none.
   void return_lease();
   /// Whether the lease that this object acquired is still its own, as far as it can know without a call:
   /// false once the daemon said that it is over, or could not be reached for its time to live.
@@ -122,7 +124,7 @@ class Client {
 
   // The watchdog.
 
-  /// Its endpoints, and how the daemon stands with each; none where it is not configured.
+  /// Endpoints of the watchdog, and the daemon's view of each; none if it is not configured.
   v1::Watchdog watchdog();
   /// One message of an endpoint. WatchdogEndpoint follows the nonces and is easier to use. Refused:
   /// NOT_FOUND, BUSY, INVALID, STATE_CHANGED (not the awaited nonce).
@@ -158,22 +160,22 @@ class Client {
   /// model was deleted meanwhile), TIMED_OUT (another scene is being loaded, or the tip stays in contact),
   /// RECORDING_ENDED.
   v1::LoadSceneResponse load_scene(const SceneSource& source);
-  /// Zero force, nothing runs. Succeeds also where nothing is loaded. Refused: BUSY.
+  /// Unloads the scene: zero force, nothing runs. Succeeds also if nothing is loaded. Refused: BUSY.
   v1::UnloadSceneResponse unload_scene();
-  /// What a scene is made of, needs and costs (ns for each tick), without loading it. Answers also where
+  /// What a scene is made of, needs and costs (ns for each tick), without loading it. Answers also if
   /// something is missing, and names it. Refused: NOT_FOUND, INVALID, OUT_OF_RANGE.
   v1::SceneOutline explain_scene(const SceneSource& source);
 
   // Models of objects and of the rig. A hash is whole, or an unambiguous beginning of at least 6 hexadecimal
-  // digits: else refused with INVALID, or with NOT_FOUND where no model has it. All of the store: BUSY
-  // (locked by another process; try again), INTERNAL (damaged).
+  // digits: else refused with INVALID, or with NOT_FOUND if no model has it. All of the store: BUSY (locked
+  // by another process; try again), INTERNAL (damaged).
 
   /// What scenes get by name: displacements to mm, forces to N, errors as fractions.
   v1::ListModelsResponse models();
   /// One of them as a model file (TOML): `NAME` or `NAME@TAG`. Refused: NOT_FOUND, INVALID (its file cannot
   /// be used).
   v1::GetModelResponse model(const std::string& name);
-  /// Identified models, newest first; an empty field of the request is no condition.
+  /// Identified models, newest first; an empty field of the request sets no condition.
   v1::ListStoredModelsResponse stored_models(const v1::ListStoredModelsRequest& request);
   /// Parameters with units and standard errors.
   v1::StoredModel stored_model(const std::string& hash);
@@ -189,7 +191,7 @@ class Client {
   v1::DeleteStoredModelResponse delete_stored_model(const std::string& hash);
   /// The model as JSON, for import_stored_model() of any daemon.
   v1::ExportStoredModelResponse export_stored_model(const std::string& hash);
-  /// Stores it under the same hash; changes nothing where it is there already. Refused: INVALID, DISK_FULL,
+  /// Stores it under the same hash; changes nothing if it is there already. Refused: INVALID, DISK_FULL,
   /// STORE_LOST.
   v1::StoredModel import_stored_model(const std::string& json);
 
@@ -201,21 +203,21 @@ class Client {
   /// OUT_OF_RANGE, NOT_IN_THIS_SCENE (the law), BUSY, STATE_CHANGED (another scene was loaded while it
   /// waited), TIMED_OUT (withdrawn), RECORDING_ENDED.
   v1::SetTargetResponse set_target(const v1::SetTargetRequest& request);
-  /// Which stiffnesses, N/mm, the device can render at a hand force (N) on an object of a stiffness (N/mm),
+  /// Stiffnesses, N/mm, that the device can render at a hand force (N) on an object of a stiffness (N/mm),
   /// (3.8). What the request leaves out is taken from the present contact. Refused: NO_SCENE, NOT_IN_CONTACT,
   /// OUT_OF_RANGE.
   v1::FeasibleRange feasible_range(const v1::GetFeasibleRangeRequest& request);
 
   // Safety.
 
-  /// Zero force from the second tick at the latest, until clear(); any client may, in every state. Goes by
-  /// two paths at once, of which one does not pass gRPC; the outcome says which came first. Returns without
-  /// waiting for the force. `reason`: for the log, the first 256 bytes. Where no connection exists yet, the
-  /// function stop() of client/cpp/stop/stop.h does the same and is faster. Throws Error where neither
+  /// Stops: zero force from the second tick at the latest, until clear(); any client may, in every state.
+  /// Goes by two paths at once, of which one does not pass gRPC; the outcome says which came first. Returns
+  /// without waiting for the force. `reason`: for the log, the first 256 bytes. If no connection exists yet,
+  /// the function stop() of client/cpp/stop/stop.h does the same and is faster. Throws Error if neither
   /// answers.
   StopOutcome stop(const std::string& reason);
   /// Leaves the latch; the force comes back from zero over the scene's guard.resume_ramp_s. Succeeds also
-  /// where nothing was latched. Refused: FAULT_PERSISTS (the detail names fault and remedy).
+  /// if nothing was latched. Refused: FAULT_PERSISTS (the detail names fault and remedy).
   v1::ClearResponse clear();
   /// The table of faults: what each does to the force, who ends it, the remedy.
   v1::ListFaultsResponse faults();
@@ -236,7 +238,7 @@ class Client {
   /// (the rig lacks a part), NOT_FOUND (the recording), INVALID, OUT_OF_RANGE.
   v1::StartIdentificationResponse start_identification(const v1::StartIdentificationRequest& request);
   /// Ends one; empty = the one that runs. Returns its last progress when it is over, up to 30 s beyond the
-  /// timeout: the last fit takes its time. Succeeds also where it was over. Refused: NOT_FOUND, TIMED_OUT (it
+  /// timeout: the last fit takes its time. Succeeds also if it was over. Refused: NOT_FOUND, TIMED_OUT (it
   /// ends, but has not yet).
   v1::IdentificationProgress cancel_identification(const std::string& identification);
   /// The last 64, newest first.
@@ -262,7 +264,7 @@ class Client {
   CalibrationStream watch_calibration(const std::string& calibration);
   /// Stored ones, newest first, without the field of the target error.
   v1::ListCalibrationsResponse calibrations();
-  /// By hash or its first digits.
+  /// Calibration by hash or its first digits.
   v1::Calibration calibration(const std::string& hash);
   /// Poses are corrected by it from now on; empty = by none. Returns the whole hash. Refused: NOT_FOUND,
   /// WRONG_STATE (a tip calibration, or of another rig).
@@ -270,18 +272,18 @@ class Client {
   /// Refused: NOT_FOUND, IN_USE.
   void delete_calibration(const std::string& hash);
 
-  // The turntable. Refused where the rig has none: NO_HARDWARE.
+  // The turntable. Refused if the rig has none: NO_HARDWARE.
 
   /// Angles in degrees, speeds in deg/s; stations, state, and why it must not turn now. Opens nothing.
   v1::Turntable turntable();
   /// Finds the table's zero. Refusals come with the stream's first next(): BUSY, WRONG_STATE (contact, force,
-  /// a latched guard), NO_HARDWARE; STATE_CHANGED where it ended before it had arrived (stopped, stalled,
-  /// alarm, lost).
+  /// a latched guard), NO_HARDWARE; STATE_CHANGED if it ended before it had arrived (stopped, stalled, alarm,
+  /// lost).
   TurntableStream home_turntable();
-  /// To an angle (deg) or a station. Refused as home_turntable(), and: WRONG_STATE (not homed), NOT_FOUND (no
-  /// such station), OUT_OF_RANGE.
+  /// Turns the table to an angle (deg) or a station. Refused as home_turntable(), and: WRONG_STATE (not
+  /// homed), NOT_FOUND (no such station), OUT_OF_RANGE.
   TurntableStream move_turntable(const v1::MoveToRequest& request);
-  /// As fast as the drive can; any client may. Returns without waiting.
+  /// Stops the table as fast as the drive can; any client may. Returns without waiting.
   v1::TurntableStatus stop_turntable();
   /// Leaves a stall or an alarm of the drive; waits up to 30 s beyond the timeout. Refused: WRONG_STATE (the
   /// cause is still there).
@@ -295,7 +297,7 @@ class Client {
   // Experiments.
 
   /// The device leads the tool, see MoveToolRequest. Refusals come with the stream's first next(): BUSY,
-  /// GUARD_LATCHED, NO_SCENE, IN_CONTACT, OUT_OF_RANGE; STATE_CHANGED where it was held back, timed out, was
+  /// GUARD_LATCHED, NO_SCENE, IN_CONTACT, OUT_OF_RANGE; STATE_CHANGED if it was held back, timed out, was
   /// cancelled, or the guard took the force away.
   GuideStream move_tool(const v1::MoveToolRequest& request);
   /// Refused: NOT_IN_THIS_SCENE (the scene has no [watch]).
@@ -325,7 +327,7 @@ class Client {
   PoseStream subscribe_poses(const v1::SubscribePosesRequest& request);
 
   // Recordings of the daemon, and incidents: what its flight recorder kept. They stay with the daemon.
-  // Refused with WRONG_STATE where it has no folder for them.
+  // Refused with WRONG_STATE if it has no folder for them.
 
   /// Begins one: its groups, every n-th tick (1 … 10000; 0 = 1), a name and a note. It goes on when this
   /// client ends. Refused: BUSY (another one runs), DISK_FULL (quota or disk), OUT_OF_RANGE, INVALID.
@@ -337,17 +339,17 @@ class Client {
   void annotate_recording(const std::string& text);
   /// What happened on the rig, as far as the daemon keeps it, oldest first. Refused: OUT_OF_RANGE.
   v1::ListEventsResponse events(const v1::ListEventsRequest& request);
-  /// The same, then each as it happens. Refused with the stream's first next(): TOO_MANY (16 watch,
-  /// or 8 of this client).
+  /// Sends the events that are kept, then each as it happens. Refused with the stream's first next():
+  /// TOO_MANY (16 watch, or 8 of this client).
   EventStream watch_events(const v1::WatchEventsRequest& request);
   /// Oldest first, the one that runs last.
   v1::ListRecordingsResponse recordings(v1::RecordingKind kind);
   /// The file (MCAP). Refusals come with the stream's first next(): NOT_FOUND, BUSY (it still runs),
   /// TOO_MANY.
   RecordingStream get_recording(const v1::GetRecordingRequest& request);
-  /// The same as HDF5 or CSV: columns, span in s, every n-th row. The first piece comes when the daemon has
-  /// made the whole file. Refused as get_recording(), and: INVALID (a column that it does not have, no row in
-  /// the span).
+  /// Exports a recording as HDF5 or CSV: columns, span in s, every n-th row. The first piece comes when the
+  /// daemon has made the whole file. Refused as get_recording(), and: INVALID (a column that it does not
+  /// have, no row in the span).
   RecordingStream export_recording(const v1::ExportRecordingRequest& request);
   /// Refused: NOT_FOUND, BUSY (it still runs).
   v1::RecordingFile delete_recording(const v1::DeleteRecordingRequest& request);

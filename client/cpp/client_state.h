@@ -107,7 +107,7 @@ struct Client::State {
     keeper->keep(call_once(keeper->stub(), &v1::LeaseService::Stub::AcquireLease, request, {}));
   }
 
-  /// Before a command that is answered with a stream: its refusal would come too late to do something about
+  /// Prepares a command that is answered with a stream: its refusal would come too late to do something about
   /// it.
   void prepare_command() {
     if (!options.acquires_lease || !keeper->token().empty()) return;

@@ -23,13 +23,13 @@ enum class ErrorKind {
 /// the texts as the daemon sent them. A program branches on kind() and detail().reason().
 class Error : public std::runtime_error {
  public:
-  /// `code`: name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty where no call was made.
+  /// `code`: name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty if no call was made.
   Error(ErrorKind kind, std::string code, v1::ErrorDetail detail);
 
   ErrorKind kind() const noexcept { return kind_; }
-  /// Name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty where no call was made.
+  /// Name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty if no call was made.
   const std::string& code() const noexcept { return code_; }
-  /// `what` is always filled, the rest where the daemon gave it; `reason` only where the daemon refused.
+  /// `what` is always filled, the rest if the daemon gave it; `reason` only if the daemon refused.
   const v1::ErrorDetail& detail() const noexcept { return detail_; }
 
  private:

@@ -26,9 +26,9 @@ class LeaseKeeper {
 
   v1::LeaseService::Stub& stub() { return *stub_; }
   std::string token() const;
-  /// From now on. Throws Error (kUnreadable) where the grant is none.
+  /// Keeps a lease from now on. Throws Error (kUnreadable) if it is not a grant.
   void keep(const v1::LeaseGrant& grant);
-  /// No error where it is over already.
+  /// No error if it is over already.
   void give_back();
   /// Whether the lease that keep() took is still this client's, as far as it can know: false once the daemon
   /// said that it is over, or could not be asked for its time to live.

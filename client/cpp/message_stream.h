@@ -36,8 +36,8 @@ class MessageStream {
   MessageStream& operator=(MessageStream&&) noexcept;
   ~MessageStream();
 
-  /// Waits up to `wait` for the next message; where none came `message` keeps what it had. Throws Error when
-  /// the connection broke (kUnreachable) or the call was refused, see the call in client.h.
+  /// Waits up to `wait` for the next message; if none came `message` keeps what it had. Throws Error when the
+  /// connection broke (kUnreachable) or the call was refused, see the call in client.h.
   Event next(Message& message, std::chrono::milliseconds wait);
   /// Ends the call at once; next() then returns kEnded.
   void cancel();
@@ -83,14 +83,14 @@ class TelemetryStream {
  public:
   using Event = MessageStream<v1::TelemetryBatch>::Event;
 
-  /// As MessageStream::next(). kMessage: `batch` has new samples, or table() new rows where blocks were asked
-  /// for, and account() has counted them. Throws Error (kUnreadable) for a block that is none.
+  /// Waits as MessageStream::next(). kMessage: `batch` has new samples, or table() new rows if blocks were
+  /// asked for, and account() has counted them. Throws Error (kUnreadable) for bytes that are not a block.
   Event next(v1::TelemetryBatch& batch, std::chrono::milliseconds wait);
   void cancel() { stream_.cancel(); }
 
   /// What came and what is missing so far.
   const StreamAccount& account() const noexcept { return account_; }
-  /// Of the newest block; without rows where samples were asked for.
+  /// Table of the newest block; without rows if samples were asked for.
   const TelemetryTable& table() const noexcept { return table_; }
 
  private:

@@ -31,14 +31,14 @@ class RecordingUpload {
 
   /// The next piece of the text, at most kMaxPiece, once the last one was taken.
   void send(std::string csv);
-  /// Waits up to `wait` until the last piece was taken; false where it was not yet. Throws Error when the
+  /// Waits up to `wait` until the last piece was taken; false if it was not yet. Throws Error when the
   /// connection broke (kUnreachable) or the daemon refuses the recording, which it may do before the end:
-  /// INVALID, TOO_MANY (too large, no space, or 4 uploads already), and with code() CANCELLED where no piece
+  /// INVALID, TOO_MANY (too large, no space, or 4 uploads already), and with code() CANCELLED if no piece
   /// came for 30 s.
   bool taken(std::chrono::milliseconds wait);
   /// Call it after the last piece. Nothing may be sent after it.
   void finish();
-  /// Waits up to `wait` for the daemon's answer: the recording's id, rows and duration. Empty where none came
+  /// Waits up to `wait` for the daemon's answer: the recording's id, rows and duration. Empty if none came
   /// yet; throws like taken().
   std::optional<v1::UploadRecordingResponse> answer(std::chrono::milliseconds wait);
 

@@ -32,7 +32,7 @@ struct RecordingUpload::State {
   /// Goes on until `goal` is reached or passed; false when `wait` passed first. Throws what the daemon
   /// refused.
   bool advance(Phase goal, std::chrono::milliseconds wait);
-  /// From kIdle: the piece that waits, else the end of the upload if that waits.
+  /// Begins, from kIdle, the piece that waits, else the end of the upload if that waits.
   void begin_next();
   void on_completed(bool succeeded);
 

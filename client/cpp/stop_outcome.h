@@ -7,7 +7,7 @@
 
 namespace hapticd::client {
 
-/// By which of the two paths, which go side by side, a stop arrived.
+/// Path by which a stop arrived, of the two that are used at once.
 enum class StopPath {
   kStopPort,  ///< the daemon's own path for stops: see stop_by_stop_port()
   kService,   ///< SafetyService.Stop
@@ -17,10 +17,10 @@ enum class StopPath {
 struct StopOutcome {
   StopPath first = StopPath::kStopPort;
   std::chrono::nanoseconds after{};  ///< from the call to the first answer
-  /// That of the service, where it came as well; else what the stop port says, which knows no earlier fault.
+  /// Answer of the service, if it came as well; else what the stop port says, which knows no earlier fault.
   v1::StopResponse answer;
   bool both_answered = false;
-  std::string problem;  ///< of the other path, where it failed; empty where it was only late
+  std::string problem;  ///< of the other path, if it failed; empty if it was only late
 };
 
 }  // namespace hapticd::client

@@ -20,7 +20,7 @@ std::uint64_t StreamAccount::add(std::uint64_t tick) noexcept {
     ++disordered_;
     return 0;
   }
-  // Rounded up: a step that is no multiple of the decimation hides at least one sample.
+  // Rounded up: a step that is not a multiple of the decimation hides at least one sample.
   const std::uint64_t missing_here = (step + decimation_ - 1) / decimation_ - 1;
   if (missing_here > 0) {
     ++gaps_;

@@ -48,8 +48,7 @@ std::optional<std::size_t> TelemetryTable::column(std::string_view name) const n
 std::uint64_t TelemetryTable::cell(std::size_t row, std::size_t column) const noexcept {
   const std::size_t at = kCellBytes * (row * columns_.size() + column);
   std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < kCellBytes;
-       ++i) {  // compilers make one load of it where bytes are in this order
+  for (std::size_t i = 0; i < kCellBytes; ++i) {  // compilers make one load of it if bytes are in this order
     bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(cells_[at + i])) << (8 * i);
   }
   return bits;

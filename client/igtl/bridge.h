@@ -21,9 +21,9 @@ struct BridgeOptions {
   std::string reference{};
 };
 
-/// The daemon's poses to OpenIGTLink peers, until `stop`. Connects to the daemon again where it is lost;
-/// peers stay, and get a STATUS that says so. Throws client::Error where the daemon refuses the poses, and
-/// std::runtime_error where the port cannot be used.
+/// The daemon's poses to OpenIGTLink peers, until `stop`. Connects to the daemon again when it is lost; peers
+/// stay, and get a STATUS that says so. Throws client::Error if the daemon refuses the poses, and
+/// std::runtime_error if the port cannot be used.
 class Bridge {
  public:
   explicit Bridge(BridgeOptions options);
@@ -33,7 +33,7 @@ class Bridge {
  private:
   void run_connected(const std::atomic<bool>& stop);
   void take(const ReceivedTransform& transform);
-  /// Sends what has come to the daemon's calibration; says once where none runs.
+  /// Sends what has come to the daemon's calibration; says once if none runs.
   void push_references(client::Client& client);
   void report(RigStatus status, const std::string& words);
   void note(const std::string& line);

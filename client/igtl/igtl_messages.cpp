@@ -38,7 +38,8 @@ const char* name_of(v1::PoseFrame frame) {
   }
 }
 
-/// Of a matrix whose columns are of length 1 and at right angles, to a thousandth; otherwise why it is none.
+/// Quaternion of a matrix whose columns are of length 1 and at right angles, to a thousandth; otherwise why
+/// it has none.
 std::string quaternion_of(const igtl::Matrix4x4& m, double (&wxyz)[4]) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 4; ++j) {
@@ -136,7 +137,7 @@ constexpr std::size_t kTransformSize = 48;
 constexpr const char* kWrongSize = "the sizes in a TRANSFORM do not fit together";
 
 /// The status of the tool in the metadata of a message: pairs of key and value, whose sizes come first.
-/// Returns a problem where they do not fit.
+/// Returns a problem if they do not fit.
 std::string read_status(Bytes sizes, Bytes texts, std::string& not_tracked) {
   if (sizes.size() < 2) return sizes.empty() && texts.empty() ? "" : kWrongSize;
   for (std::uint64_t pairs = take_number(sizes, 2); pairs > 0; --pairs) {
@@ -159,7 +160,7 @@ std::string read_status(Bytes sizes, Bytes texts, std::string& not_tracked) {
   return {};
 }
 
-/// From version 2 on, a header of its own comes before the content, and metadata behind it.
+/// Finds the content: from version 2 on, a separate header comes before the content, and metadata behind it.
 std::string find_content(const Header& header, Bytes body, Bytes& content, std::string& not_tracked) {
   content = body;
   if (header.version > 1) {

@@ -10,8 +10,8 @@
 
 namespace hapticd::igtl_bridge {
 
-/// Where OpenIGTLink programs connect to (3D Slicer, PLUS, …), up to kMaxPeers of them. One thread; nothing
-/// here waits. A peer that does not read loses whole messages, the oldest never comes late.
+/// Port to which OpenIGTLink programs connect (3D Slicer, PLUS, …), up to kMaxPeers of them. One thread;
+/// nothing here waits. A peer that does not read loses whole messages, the oldest never comes late.
 class IgtlPort {
  public:
   static constexpr int kMaxPeers = 8;
@@ -20,7 +20,7 @@ class IgtlPort {
     std::function<void(const ReceivedTransform&)> on_transform;
     std::function<void(const std::string&)> on_note;  ///< a line for the log
   };
-  /// Throws std::runtime_error with the reason where the address cannot be used. `port` 0: any free one.
+  /// Throws std::runtime_error with the reason if the address cannot be used. `port` 0: any free one.
   IgtlPort(const std::string& host, std::uint16_t port, Handlers handlers);
   ~IgtlPort();
   IgtlPort(const IgtlPort&) = delete;
@@ -28,7 +28,7 @@ class IgtlPort {
 
   std::uint16_t port() const noexcept { return port_; }
   std::size_t peers() const noexcept { return peers_.size(); }
-  /// To all. A peer that has not taken the message before gets none of this one.
+  /// Sends to all peers. A peer that has not taken the message before gets none of this one.
   void send(const Packed& message);
   /// Accepts, and reads what has come: at most kMaxPeers connections and 16 kB of each peer; the rest waits
   /// for the next call.

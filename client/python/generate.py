@@ -203,7 +203,7 @@ def write_calls(contract: Contract, target: Path) -> None:
 
 
 def version() -> str:
-    """Of the project."""
+    """Version of the project."""
     found = re.search(r"^project\(hapticd VERSION ([0-9.]+)", (HERE.parents[1] / "CMakeLists.txt").read_text(), re.MULTILINE)
     return found.group(1) if found else "0"
 

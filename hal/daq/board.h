@@ -74,14 +74,14 @@ class Board {
 
   /// Opens the half `use`, or returns why it cannot. Each engage() needs one release().
   std::optional<hal::Error> engage(BoardUse use);
-  /// The last user of a half closes it; its outputs are then at zero volts.
+  /// Releases a half; its last user closes it, and its outputs are then at zero volts.
   void release(BoardUse use) noexcept;
 
   virtual BoardInfo info() const = 0;
-  /// The clock that stamps the scans, monotonic.
+  /// Clock that stamps the scans, monotonic.
   virtual std::int64_t now_ns() const noexcept;
 
-  /// All scans since the last call, or the newest that fit. Not engaged: none, not running.
+  /// Reads all scans since the last call, or the newest that fit. Not engaged: none, not running.
   ScanReading read_scans(std::span<Scan> scans) noexcept;
   /// Mean of the spare inputs, in the order of their channels, over the scans read since the last call;
   /// reads the scans itself if no other part has engaged the inputs. Returns the number of scans in the
@@ -100,14 +100,15 @@ class Board {
  protected:
   Board() = default;
 
-  /// Called on the first engage() and after the last release() of a half; never both at once.
+  /// Opens a half, on the first engage(); close() comes after the last release() of a half. Never both at
+  /// once.
   virtual std::optional<hal::Error> open(BoardUse use) = 0;
   virtual void close(BoardUse use) noexcept = 0;
   /// read_scans() of this board; by one thread at a time.
   virtual ScanReading take_scans(std::span<Scan> scans) noexcept = 0;
   /// Present counts, each in [0, 2^counter_bits).
   virtual bool read_raw_counters(std::span<std::uint64_t> raw) noexcept = 0;
-  /// Finite and within the range.
+  /// Puts out volts; they are finite and within the range.
   virtual bool put_volts(std::span<const double> volts) noexcept = 0;
 
   std::uint64_t refused_outputs() const noexcept { return refused_outputs_.load(std::memory_order_relaxed); }

@@ -24,7 +24,7 @@ constexpr std::string_view kAxisNames[] = {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"};
 /// Smallest singular value of the rows scaled to length one: above 0.1 for a real sensor, zero for a
 /// repeated row.
 constexpr double kMinSingularValue = 1e-4;
-/// Beyond any real gauge amplifier or sensor; these bounds keep sums and products finite.
+/// Bound beyond any real gauge amplifier or sensor; keeps sums and products finite.
 constexpr double kMaxNumber = 1e12;
 
 /// Makes errors that name the file.

@@ -32,12 +32,12 @@ struct Calibration {
 /// several calibrations, `part_number` selects one. Errors name the element: not XML, wrong root, number of
 /// gauges, version, units, missing or repeated axis, count of numbers, non-finite number, singular matrix.
 ///
-/// Version 1.1 holds the matrix ready for use (UserAxis). In 1.0 each Axis row is divided by its scale and
-/// the torques are moved by the BasicTransform: T' = R (T - d × F), F' = R F.
+/// Parses a calibration. Version 1.1 holds the matrix ready for use (UserAxis). In 1.0 each Axis row is
+/// divided by its scale and the torques are moved by the BasicTransform: T' = R (T - d × F), F' = R F.
 hal::Result<Calibration> parse_calibration(std::string_view text, const std::string& source,
                                            std::string_view part_number = {});
 
-/// The same from a file, at most 1 MiB.
+/// Reads a calibration from a file of at most 1 MiB.
 hal::Result<Calibration> load_calibration(const std::string& path, std::string_view part_number = {});
 
 }  // namespace hapticd::daq

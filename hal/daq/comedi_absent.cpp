@@ -1,6 +1,6 @@
 #include "hal/daq/board_factory.h"
 
-// Stands in for comedi_board.cpp where libcomedi was not found at build time.
+// Stands in for comedi_board.cpp if libcomedi was not found at build time.
 namespace hapticd::daq {
 
 hal::Result<std::shared_ptr<Board>> create_comedi_board(const BoardConfig& config) {

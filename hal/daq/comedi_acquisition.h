@@ -16,8 +16,8 @@
 
 namespace hapticd::daq {
 
-/// The streaming command of a comedi board: a thread of its own waits for scans, makes volts of them and puts
-/// them in a wait-free ring. When the stream ends, stalls or overflows it is started again, the board's node
+/// The streaming command of a comedi board: its own thread waits for scans, makes volts of them and puts them
+/// in a wait-free ring. When the stream ends, stalls or overflows it is started again, the board's node
 /// opened again if need be, at intervals that grow from 0.1 s to 5 s.
 class ComediAcquisition {
  public:
@@ -28,11 +28,11 @@ class ComediAcquisition {
   std::optional<hal::Error> start();
   void stop() noexcept;
 
-  /// For the tick: wait-free.
+  /// Scans for the tick; wait-free.
   ScanReading read(std::span<Scan> scans) noexcept;
   void describe(hal::PartReport& report) const;
 
-  /// Of the last successful start.
+  /// Range from low_v() to high_v() and resolution of the channels, as of the last successful start.
   double low_v() const noexcept { return low_v_.load(std::memory_order_relaxed); }
   double high_v() const noexcept { return high_v_.load(std::memory_order_relaxed); }
   int bits() const noexcept { return bits_.load(std::memory_order_relaxed); }

@@ -21,7 +21,7 @@ using ComediHandle = std::unique_ptr<comedi_t, ComediCloser>;
 /// Opens the board's node. Errors say whether it is missing, forbidden, or has no board behind it.
 hal::Result<ComediHandle> open_comedi(const std::string& path);
 
-/// An error with comedi's own text for the last failure.
+/// Error with comedi's own text for the last failure.
 hal::Error comedi_error(const std::string& path, std::string what, std::string remedy);
 
 /// One analog channel: its place and the meaning of its counts.

@@ -138,7 +138,7 @@ bool DaqSensor::State::use(const Scan& scan, std::int64_t instant_ns, bool& satu
   return true;
 }
 
-// The board was opened again: limits and, the first time, the bias come from engage().
+// Restarts after the board was opened again: limits and, the first time, the bias come from engage().
 void DaqSensor::State::restart() noexcept {
   const std::uint64_t now = engagement.load(std::memory_order_acquire);
   if (now == known_engagement) return;
@@ -153,7 +153,7 @@ void DaqSensor::State::restart() noexcept {
   }
 }
 
-// No one reads the board yet, so this thread may.
+// The tick does not read the board yet, so this thread may.
 std::optional<hal::Error> DaqSensor::State::await_scans() {
   GaugeBias first(board->info().scan_rate_hz);
   const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(

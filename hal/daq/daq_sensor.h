@@ -38,7 +38,7 @@ class DaqSensor final : public hal::ForceSensor {
   hal::PartReport report() const override;
   const hal::SensorInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;
-  /// The mean of the last 0.25 s becomes zero; the next read() that has this mean applies it. Error: no
+  /// Takes the mean of the last 0.25 s as zero; the next read() that has this mean applies it. Error: no
   /// read() had one within a second, or another bias is being taken; then the zero stays what it is.
   std::optional<hal::Error> bias() override;
 

@@ -33,7 +33,7 @@ class GaugeBias {
     complete_ = 0;
   }
 
-  /// The mean, V; nothing until the window is full.
+  /// Mean, V; nothing until the window is full.
   std::optional<Volts> mean_v() const noexcept {
     if (complete_ < kBlocks) return std::nullopt;
     Volts mean{};

@@ -17,7 +17,7 @@ class ScanRing {
   explicit ScanRing(std::size_t capacity)
       : mask_(std::bit_ceil(capacity) - 1), slots_(std::make_unique<Scan[]>(mask_ + 1)) {}
 
-  /// Acquisition only. False, and nothing stored, when full.
+  /// Pushes a scan; false, and nothing stored, when full. For the acquisition only.
   bool push(const Scan& scan) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) > mask_) return false;
@@ -26,7 +26,7 @@ class ScanRing {
     return true;
   }
 
-  /// Reader only: the newest that fit, oldest first; what is older is dropped and counted.
+  /// Takes the newest scans that fit, oldest first; older ones are dropped and counted. For the reader only.
   std::size_t take(std::span<Scan> scans, std::size_t& dropped) noexcept {
     const std::size_t head = head_.load(std::memory_order_acquire);
     std::size_t tail = tail_.load(std::memory_order_relaxed);

@@ -22,7 +22,7 @@ inline thread_local int held_locks = 0;
 inline void note_lock(int change) noexcept {
   held_locks += change;
 }
-/// Ends the process where the calling thread holds a Mutex.
+/// Ends the process if the calling thread holds a Mutex.
 inline void require_no_lock(const char* what) noexcept {
   if (held_locks == 0) return;
   std::fprintf(stderr, "%s was called under %d locks\n", what, held_locks);

@@ -12,8 +12,8 @@
 
 namespace hapticd {
 
-/// Guards data, for as long as it takes to copy or change them: whoever holds one waits for nothing but a
-/// Condition of it and calls no Callback. Not recursive.
+/// Guards data, for as long as it takes to copy or change them: the thread that holds one waits for nothing
+/// but a Condition of it and calls no Callback. Not recursive.
 class CAPABILITY("mutex") Mutex {
  public:
   void lock() ACQUIRE() {
@@ -45,7 +45,7 @@ class CAPABILITY("mutex") SerialMutex {
   std::timed_mutex mutex_;
 };
 
-/// The same with holders that share it: an operation that has it alone waits for them, and they for it.
+/// SerialMutex with shared holders: an operation that has it alone waits for them, and they for it.
 class CAPABILITY("mutex") SharedSerialMutex {
  public:
   void lock() ACQUIRE() { mutex_.lock(); }
@@ -67,7 +67,7 @@ template <class Lockable>
 class SCOPED_CAPABILITY MutexLock {
  public:
   explicit MutexLock(Lockable& mutex) ACQUIRE(mutex) : mutex_(mutex) { mutex_.lock(); }
-  /// Of one that the caller has locked.
+  /// Holds a lock that the caller has taken.
   MutexLock(Lockable& mutex, std::adopt_lock_t) REQUIRES(mutex) : mutex_(mutex) {}
   ~MutexLock() RELEASE() {
     if (held_) mutex_.unlock();

@@ -16,17 +16,17 @@
 #undef ACQUIRED_AFTER
 #undef NO_THREAD_SAFETY_ANALYSIS
 
-// Of classes.
+// Annotations of classes.
 #define CAPABILITY(name) HAPTICD_THREAD_ANNOTATION(capability(name))
 #define SCOPED_CAPABILITY HAPTICD_THREAD_ANNOTATION(scoped_lockable)
 
-// Of members.
+// Annotations of members.
 #define GUARDED_BY(lock) HAPTICD_THREAD_ANNOTATION(guarded_by(lock))
 #define PT_GUARDED_BY(lock) HAPTICD_THREAD_ANNOTATION(pt_guarded_by(lock))
 #define ACQUIRED_BEFORE(...) HAPTICD_THREAD_ANNOTATION(acquired_before(__VA_ARGS__))
 #define ACQUIRED_AFTER(...) HAPTICD_THREAD_ANNOTATION(acquired_after(__VA_ARGS__))
 
-// Of functions.
+// Annotations of functions.
 #define REQUIRES(...) HAPTICD_THREAD_ANNOTATION(requires_capability(__VA_ARGS__))
 #define REQUIRES_SHARED(...) HAPTICD_THREAD_ANNOTATION(requires_shared_capability(__VA_ARGS__))
 #define EXCLUDES(...) HAPTICD_THREAD_ANNOTATION(locks_excluded(__VA_ARGS__))

@@ -12,7 +12,7 @@ namespace hapticd::modbus {
 /// A drive described by its register map.
 class ModbusDrive final : public turntable::Drive {
  public:
-  /// The range (deg) is used for hints in errors only.
+  /// Makes a drive. The range (deg) is used for hints in errors only.
   ModbusDrive(const ModbusConfig& config, double min_deg, double max_deg);
 
   std::optional<hal::Error> open() override;

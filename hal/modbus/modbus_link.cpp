@@ -22,10 +22,10 @@ namespace {
 constexpr std::array kBauds{1200,   2400,   4800,   9600,   19200,  38400,  57600,
                             115200, 230400, 460800, 500000, 921600, 1000000};
 
-/// After an invalid frame, the rest of it arrives within this time.
+/// Time within which the rest of an invalid frame arrives.
 constexpr double kFrameEndS = 0.02;
 
-/// The drive understood, and refused.
+/// True if the drive understood, and refused.
 bool is_exception(int error) {
   return error > MODBUS_ENOBASE && error < EMBBADCRC;
 }
@@ -99,7 +99,7 @@ struct ModbusLink::State {
   bool connected = false;
   LinkCounts counts;
 
-  /// What errno means after a failed exchange.
+  /// Explains errno after a failed exchange.
   hal::Error explain(int error, const Request& request) {
     hal::Error reported;
     char what[96];
@@ -138,8 +138,8 @@ struct ModbusLink::State {
     return reported;
   }
 
-  /// A late answer must not be taken for that to the next request. Over TCP its transaction shows; on a
-  /// serial line nothing does but silence, so that one is waited for.
+  /// Error of a failed exchange. A late answer must not be taken for that to the next request. Over TCP its
+  /// transaction shows; on a serial line nothing does but silence, so that one is waited for.
   hal::Error failed(int error, const Request& request) {
     hal::Error reported = explain(error, request);
     if (!connected || config.transport == Transport::kTcp) return reported;
@@ -151,7 +151,7 @@ struct ModbusLink::State {
     return reported;
   }
 
-  /// Over TCP. Returns 0 or an errno, those of libmodbus included.
+  /// Exchanges over TCP. Returns 0 or an errno, those of libmodbus included.
   int exchange(const Request& request, std::span<const std::uint16_t> words, TcpExchange::Bytes& answer) {
     TcpExchange::Bytes bytes{static_cast<std::uint8_t>(request.function)};
     const auto append = [&bytes](std::size_t number) {

@@ -32,7 +32,7 @@ struct LinkConfig {
 };
 
 std::optional<hal::Error> check(const LinkConfig& config);
-/// E.g. "tcp 192.168.1.20:502, unit 1" or "rtu /dev/ttyUSB0, 115200 8E1, unit 1".
+/// Text such as "tcp 192.168.1.20:502, unit 1" or "rtu /dev/ttyUSB0, 115200 8E1, unit 1".
 std::string to_text(const LinkConfig& config);
 
 /// What went wrong on the line, by kind.
@@ -61,7 +61,7 @@ class ModbusLink {
   bool linked() const noexcept;
 
   std::optional<hal::Error> read(const ReadBlock& block, std::vector<std::uint16_t>& words);
-  /// One word by function 5 or 6, two by function 16.
+  /// Writes one word by function 5 or 6, two by function 16.
   std::optional<hal::Error> write(const Register& target, std::span<const std::uint16_t> words);
 
   const LinkCounts& counts() const noexcept;

@@ -29,7 +29,7 @@ inline bool is_read(const Request& request) noexcept {
 std::string exception_name(int code);
 /// Returns the remedy for an exception that answers the request.
 std::string remedy_for_exception(int code, const Request& request);
-/// The drive is there, and asks for the request again: exceptions 5 and 6.
+/// True if the drive is there, and asks for the request again: exceptions 5 and 6.
 bool asks_to_repeat(int code) noexcept;
 
 }  // namespace hapticd::modbus

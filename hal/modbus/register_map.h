@@ -87,7 +87,7 @@ struct RegisterMap {
   friend bool operator==(const RegisterMap&, const RegisterMap&) = default;
 };
 
-/// An error if the map contradicts itself or lacks something that every turntable needs.
+/// Checks a map: an error if it contradicts itself or lacks something that every turntable needs.
 std::optional<hal::Error> check(const RegisterMap& map);
 
 /// Adjacent words of one table, read in one request.
@@ -97,12 +97,12 @@ struct ReadBlock {
   std::uint16_t count = 0;
   friend bool operator==(const ReadBlock&, const ReadBlock&) = default;
 };
-/// The blocks to read for position and status: adjacent registers in one request, and no other registers.
+/// Blocks to read for position and status: adjacent registers in one request, and no other registers.
 std::vector<ReadBlock> read_plan(const RegisterMap& map);
 
 /// The answers to a plan, block by block.
 using BlockWords = std::vector<std::vector<std::uint16_t>>;
-/// The words of register `wanted` among the answers; empty if they are not there.
+/// Words of register `wanted` among the answers; empty if they are not there.
 std::span<const std::uint16_t> words_in(const Register& wanted, std::span<const ReadBlock> plan,
                                         const BlockWords& words);
 /// Converts the answers, in deg and deg/s. A position or velocity that is not finite is passed on: the

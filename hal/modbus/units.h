@@ -5,7 +5,8 @@
 
 namespace hapticd::modbus {
 
-/// In what a drive shows or wants a quantity. "Motor" units are before the gear, the others at the table.
+/// Unit in which a drive shows or wants a quantity. "Motor" units are before the gear, the others at the
+/// table.
 enum class Unit : std::uint8_t {
   kNone,
   kDeg,
@@ -34,10 +35,10 @@ struct Gear {
   double zero_deg = 0.0;              ///< the table's angle where the drive says 0
 };
 
-/// A quantity in a drive's unit at the table: deg, deg/s or deg/s². Angles with the gear's direction and
-/// zero, speeds with its direction, accelerations with neither.
+/// Converts a quantity in a drive's unit to the table: deg, deg/s or deg/s². Angles with the gear's direction
+/// and zero, speeds with its direction, accelerations with neither.
 double to_table(double value, Unit unit, const Gear& gear) noexcept;
-/// The inverse of to_table().
+/// Converts back: the inverse of to_table().
 double to_drive(double value, Unit unit, const Gear& gear) noexcept;
 
 }  // namespace hapticd::modbus

@@ -18,9 +18,9 @@ constexpr std::chrono::milliseconds kBiasTime{250};
 constexpr std::chrono::milliseconds kBiasTimeout{2000};
 constexpr std::chrono::milliseconds kBiasSettling{50};
 constexpr int kBiasAttempts = 3;
-/// As many samples as arrive in this time at the lowest allowed rate.
+/// Share of the samples that arrive in this time at the lowest allowed rate.
 constexpr double kMinBiasShare = 0.5;
-/// After a bias on the box its readings are zero to within this share of the range.
+/// Share of the range within which readings are zero after a bias on the box.
 constexpr double kBiasedShare = 0.005;
 
 }  // namespace

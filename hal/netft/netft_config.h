@@ -10,7 +10,7 @@ namespace hapticd::netft {
 
 /// What subtracts the reading of the unloaded sensor when bias() is called.
 enum class BiasBy : std::uint8_t {
-  kNone,      ///< no one: readings are the box's own, and bias() is refused
+  kNone,      ///< readings are the box's own, and bias() is refused
   kSoftware,  ///< this driver: the mean of a quarter of a second
   kBox,       ///< the box, on command; checked afterwards
 };
@@ -47,7 +47,7 @@ struct NetFtConfig {
   int fifo_priority = 75;  ///< of the receiving thread: SCHED_FIFO 1 … 99, below the loop's; 0 = ordinary
 };
 
-/// The first invalid value, if there is one.
+/// Finds the first invalid value, if there is one.
 std::optional<hal::Error> check(const NetFtConfig& config);
 
 }  // namespace hapticd::netft

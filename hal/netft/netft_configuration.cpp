@@ -87,7 +87,7 @@ class Page {
     return read;
   }
 
-  /// A unit by its name, or by its number if the firmware gives only that.
+  /// Unit by its name, or by its number if the firmware gives only that.
   std::string unit(const char* name, const char* code_name, const std::array<std::string_view, 6>& by_code) {
     if (const auto value = text(name)) return std::string(*value);
     const auto code = number(code_name, 1.0, 6.0, "1 … 6");

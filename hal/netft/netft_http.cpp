@@ -13,9 +13,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Ends a client's request when the time is over or no one wants it any more. The library's own time-outs
-/// are per read, so that a server that drips could hold it for ever. stop() is said again and again: said
-/// while the client still connects it has no effect.
+/// Ends a client's request when the time is over or its result is not wanted any more. The library's own
+/// time-outs are per read, so that a server that drips could hold it for ever. stop() is called again and
+/// again: while the client still connects it has no effect.
 class Watchdog {
  public:
   Watchdog(httplib::Client& client, Clock::time_point deadline, std::stop_token cancel)

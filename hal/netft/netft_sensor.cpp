@@ -340,7 +340,7 @@ void NetFtSensor::look_for_foreign_bias(const std::stop_token& stop) {
   const auto give_up = Clock::now() + seconds(config_.connect_timeout_s);
   const auto page =
       fetch_page(numeric_address_, config_.http_port, config_.http_path, give_up, kMaxPageBytes, stop);
-  if (!page) return;  // a page that does not answer is no news of the sensor
+  if (!page) return;  // a page that does not answer says nothing about the sensor
   const auto box = parse_netft_configuration(*page, place());
   if (!box || !box->bias) return;
   {
@@ -357,7 +357,7 @@ void NetFtSensor::look_for_foreign_bias(const std::stop_token& stop) {
 
 void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
   if (!config_.read_configuration) {
-    // A bias of this driver's holds if no one had biased the box, which cannot be seen here.
+    // A bias of this driver's holds if the box had no bias, which cannot be seen here.
     bias_lost_.store(config_.bias == BiasBy::kBox);
     return;
   }

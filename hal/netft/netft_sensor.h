@@ -22,14 +22,13 @@ namespace hapticd::netft {
 /// A Nano17 behind a Net F/T box.
 ///
 /// engage(), disengage(), bias() and the like serialise among themselves; read() shares no lock with them and
-/// is wait-free. A box that restarts goes on being read, but what it was reported is checked again: it has
-/// forgotten a bias set on it, and may have another configuration. A lost bias is reported and every sample
-/// carries a warning; it is not set again by itself, since no one here knows whether the tool is free, and a
-/// bias taken under load would make that load below the threshold from then on. The box takes a bias from
-/// anyone: its page is read again every kPageInterval and after every silence, and a bias of someone else's
-/// is a lost one, reported as theirs. A bias outlasts disengage()
-/// and engage(), as long as the box counts as before and has no other bias of its own. Every bias, and every
-/// loss of one, changes hal::RigSample::bias_serial.
+/// is wait-free. A box that restarts goes on being read, but its configuration is checked again: it has
+/// forgotten a bias set on it, and may be configured differently. A lost bias is reported and every sample
+/// carries a warning; it is not set again by itself, since the driver cannot know whether the tool is free,
+/// and a bias taken under load would hide that load from then on. The box takes a bias from anyone: its page
+/// is read again every kPageInterval and after every silence, and a bias that another program has set counts
+/// as lost, and is reported so. A bias outlasts disengage() and engage(), as long as the box counts as before
+/// and has no other bias. Every bias, and every loss of one, changes hal::RigSample::bias_serial.
 class NetFtSensor final : public hal::ForceSensor {
  public:
   /// Checks the configuration; opens nothing.
@@ -41,7 +40,7 @@ class NetFtSensor final : public hal::ForceSensor {
   std::optional<hal::Error> engage() override;
   void disengage() noexcept override;
   hal::PartReport report() const override;
-  /// From the configuration only.
+  /// Properties by the configuration only.
   const hal::SensorInfo& info() const noexcept override { return info_; }
   void read(hal::RigSample& sample) noexcept override;
   /// Takes the mean of 0.25 s as zero, or commands the box to do so and checks the result. Waits for at
@@ -59,19 +58,19 @@ class NetFtSensor final : public hal::ForceSensor {
   std::optional<hal::Error> bias_in_software() REQUIRES(control_);
   std::optional<hal::Error> bias_on_box() REQUIRES(control_);
   void keep_zero(const SixAxes<double>& bias_counts) REQUIRES(control_);
-  /// Whether an earlier bias is still valid for the present box. If not, a bias without meaning is dropped,
+  /// True if an earlier bias is still valid for the present box. If not, a bias without meaning is dropped,
   /// and the serial number changes.
   bool zero_holds(const std::optional<BoxConfiguration>& box) REQUIRES(control_);
   /// Mean counts of good samples over at least kBiasTime.
   hal::Result<SixAxes<double>> measure_mean();
-  /// Until it is stopped, reads the page of a box that restarted, and else now and then.
+  /// Reads the page of a box that restarted, and now and then, until it is stopped.
   void watch_page(const std::stop_token& stop);
   void check_restarted_box(const std::stop_token& stop);
-  /// Whether someone else has biased the box since.
+  /// Looks whether another program has biased the box since.
   void look_for_foreign_bias(const std::stop_token& stop);
   hal::Error not_engaged(const char* what) const;
   std::string place() const;
-  /// From the box's page; 0 if unknown.
+  /// Rate by the box's page, Hz; 0 if unknown.
   double box_rate_hz() const;
 
   const NetFtConfig config_;

@@ -20,7 +20,7 @@ inline void count(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noe
   counter.fetch_add(by, std::memory_order_relaxed);
 }
 
-/// Receives the box's datagrams in a thread of its own, and asks for the stream again where it stops.
+/// Receives the box's datagrams on its own thread, and asks for the stream again when it stops.
 class RdtStream::Receiver {
  public:
   Receiver(RdtStreamSettings settings, std::uint32_t session, hal::LatestValue<RdtTotals>& to_tick,
@@ -92,12 +92,12 @@ class RdtStream::Receiver {
     counters_.last_implausible_ns.store(now_ns, std::memory_order_relaxed);
   }
 
-  /// The box's own count of measurements has not gone back.
+  /// True if the box's own count of measurements has not gone back.
   bool counts_on(const RdtRecord& record) const noexcept {
     return record.ft_sequence - newest_ft_sequence_ < 0x8000'0000U;
   }
 
-  /// A stream requested again may restart at 0 while the box's own count continues.
+  /// Notes a restart: a stream requested again may begin at 0 while the box's own count continues.
   void note_restart(const RdtRecord& record, std::int64_t now_ns) noexcept;
 
   void use(const RdtRecord& record, std::int64_t now_ns, std::int64_t instant_ns) noexcept;

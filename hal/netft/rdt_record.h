@@ -36,7 +36,7 @@ enum class RdtCommand : std::uint16_t {
   kSetSoftwareBias = 0x0042,
 };
 
-/// The eight bytes of a request. `count`: records wanted; 0 = until asked to stop.
+/// Makes the eight bytes of a request. `count`: records wanted; 0 = until asked to stop.
 std::array<std::uint8_t, 8> rdt_request(RdtCommand command, std::uint32_t count = 0) noexcept;
 
 }  // namespace hapticd::netft

@@ -25,7 +25,7 @@ struct RdtStatusBit {
   std::string_view remedy;
 };
 
-/// The bits that are set, by name and with remedy, highest bit first; empty for 0.
+/// Describes the bits that are set, by name and with remedy, highest bit first; empty for 0.
 std::vector<std::string> describe_rdt_status(std::uint32_t status);
 
 }  // namespace hapticd::netft

@@ -94,7 +94,7 @@ void RdtStream::Receiver::request_stream() noexcept {
 }
 
 void RdtStream::Receiver::receive() {
-  // False until the wait has begun: it may throw where memory is short, and supervise() then begins it again.
+  // False until the wait has begun: it may throw if memory is short, and supervise() then begins it again.
   receiving_ = false;
   socket_.async_receive_from(asio::buffer(buffer_), sender_,
                              [this](const asio::error_code& code, std::size_t length) {

@@ -88,9 +88,9 @@ struct RdtStreamSettings {
   Callback<void()> on_box_restart;  ///< called on the receiving thread; must not wait
 };
 
-/// The stream of records from a box: a socket and a thread of its own that asks for the stream, receives,
-/// sorts out and totals up, and asks again, ever less often, while nothing comes. Asking again also wins the
-/// stream back from another client: a box serves the client that asked last, and does not inform the others.
+/// The stream of records from a box: with its own socket and thread: asks for the stream, receives, sorts out
+/// and totals up; asks again, ever less often, while nothing comes. Asking again also wins the stream back
+/// from another client: a box serves the client that asked last, and does not inform the others.
 class RdtStream {
  public:
   RdtStream(hal::LatestValue<RdtTotals>& to_tick, RdtCounters& counters);
@@ -100,15 +100,15 @@ class RdtStream {
 
   /// Opens the socket, starts the thread, requests the stream. Only while stopped.
   std::optional<hal::Error> start(const RdtStreamSettings& settings);
-  /// Reports the box to stop, ends the thread, closes the socket.
+  /// Commands the box to stop, ends the thread, closes the socket.
   void stop() noexcept;
 
   // While started, not on the receiving thread:
   RdtTotals totals();
-  /// From now on a reading of `bias_counts` is zero; the serial number changes with the first sample that
+  /// Makes a reading of `bias_counts` zero from now on; the serial number changes with the first sample that
   /// uses it.
   void set_bias(const SixAxes<double>& bias_counts, std::uint32_t serial);
-  /// The zero was lost: only the serial number changes.
+  /// Changes only the serial number, after the zero was lost.
   void set_bias_serial(std::uint32_t serial);
   void send(RdtCommand command);
 

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The path and the reason; empty if this process can use it.
+/// Path and reason of a refusal; empty if this process can use it.
 std::string refusal_of(const fs::path& path, int mode) {
   if (access(path.c_str(), mode) == 0) return {};
   return path.string() + ": " + std::error_code(errno, std::generic_category()).message();

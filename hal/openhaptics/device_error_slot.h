@@ -15,7 +15,7 @@ namespace hapticd::openhaptics {
 struct DeviceErrorSlot {
   std::atomic<hd::Handle> device{hd::kInvalidHandle};
   std::atomic<std::uint32_t> fresh{0};  ///< status bits that came since they were last taken
-  /// In the order of hd_errors():
+  /// Counts in the order of hd_errors().
   std::array<std::atomic<std::uint64_t>, kHdErrorCount> counts{};
   std::array<std::atomic<std::int64_t>, kHdErrorCount> last_seen_ns{};  ///< steady clock; 0 = never
   std::atomic<int> last_internal_code{0};

@@ -7,8 +7,8 @@
 
 namespace hapticd::openhaptics {
 
-/// The vendor's frame has x to the right, y up and z towards the user; the rig's has z up and y away from
-/// the user. Both are right-handed:
+/// Turns the vendor's vector into the rig's. The vendor's frame has x to the right, y up and z towards the
+/// user; the rig's has z up and y away from the user. Both are right-handed:
 ///   x = x_hd,  y = -z_hd,  z = y_hd
 /// which is a rotation: forces, velocities and positions turn alike, and f·v is preserved.
 constexpr hal::Vector3 rig_from_device(const hal::Vector3& v) noexcept {

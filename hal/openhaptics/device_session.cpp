@@ -24,7 +24,7 @@ void DeviceSession::make_current() {
   if (library_->api().make_current_device != nullptr) library_->api().make_current_device(device_);
 }
 
-/// An error if the library has one to report.
+/// Error that the library has to report, if any.
 std::optional<hal::Error> DeviceSession::failure(const std::string& what, const std::string& value) {
   const hd::ErrorInfo error = library_->last_error(device_);
   if (error.code == hd::kSuccess || is_of_the_moment(error.code)) return std::nullopt;
@@ -147,8 +147,8 @@ void DeviceSession::read_facts() {
   if (config_.max_force_n) facts_.force_limit_n = std::min(facts_.force_limit_n, *config_.max_force_n);
 }
 
-/// Whether the device knows its position. Steps that need the operator are not done here; the report asks
-/// for them.
+/// Calibrates if it can; true if the device knows its position. Steps that need the operator are not done
+/// here; the report asks for them.
 bool DeviceSession::calibrate() {
   const hd::Api& api = library_->api();
   if (api.check_calibration == nullptr) {
@@ -179,7 +179,7 @@ bool DeviceSession::calibrate() {
   return state == hd::kCalibrationOk;
 }
 
-/// Switched on briefly, while nothing runs that could command a force.
+/// Switches force on briefly, while nothing runs that could command one.
 std::optional<hal::Error> DeviceSession::try_force() {
   const hd::Api& api = library_->api();
   api.enable(hd::kForceOutput);

@@ -44,9 +44,9 @@ class DeviceSession {
   std::optional<hal::Error> open();
   /// Force off, callback scheduled, scheduler started.
   std::optional<hal::Error> start();
-  /// After the callback's last turn.
+  /// Stops the servo after the callback's last turn.
   void stop();
-  /// The same if the callback had no last turn: tries a frame without force from this thread.
+  /// Stops a servo whose callback had no last turn: tries a frame without force from this thread.
   void stop_dead(bool frame_is_ours);
   /// Force off, device closed, library unloaded if nothing else uses it.
   void close();

@@ -84,7 +84,7 @@ inline constexpr int kCalibrationEncoderReset = 1 << 0;
 inline constexpr int kCalibrationAuto = 1 << 1;
 inline constexpr int kCalibrationInkwell = 1 << 2;
 
-/// The library's functions. Those marked optional are null where a release lacks them.
+/// The library's functions. Those marked optional are null if a release lacks them.
 struct Api {
   Handle (*init_device)(const char* name) = nullptr;
   void (*disable_device)(Handle) = nullptr;

@@ -36,7 +36,7 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
   /// Names of the missing optional functions.
   const std::vector<std::string>& lacking() const noexcept { return lacking_; }
 
-  /// The scheduler runs while at least one device uses it. Blocks as long as the vendor's call.
+  /// Starts the scheduler, which runs while at least one device uses it. Blocks as long as the vendor's call.
   void start_scheduler();
   void stop_scheduler();
 
@@ -50,13 +50,13 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
   int drain(DeviceErrorSlot& mine) noexcept;
   /// Stores one error in the slot of its device.
   void deliver(const hd::ErrorInfo& error, DeviceErrorSlot& mine) noexcept;
-  /// Like drain(), for use outside the callback: the most recent error that does not belong to another
-  /// device, or kSuccess; the others are dropped.
+  /// Returns, outside the callback, the most recent error that does not belong to another device, or
+  /// kSuccess; the others are dropped.
   hd::ErrorInfo last_error(hd::Handle mine) noexcept;
   /// "HD_COMM_ERROR (0x302, internal 5): what the library says".
   std::string describe(const hd::ErrorInfo& error) const;
 
-  /// A thread hangs in the library: it is never unloaded and never used again.
+  /// Abandons the library in which a thread hangs: it is never unloaded and never used again.
   void abandon();
   bool abandoned() const noexcept { return abandoned_.load(); }
 

@@ -44,7 +44,7 @@ struct OpenHapticsConfig {
   std::vector<std::string> libraries() const;
 };
 
-/// The first value that is out of its range.
+/// Finds the first value that is out of its range.
 std::optional<hal::Error> check(const OpenHapticsConfig& config);
 
 }  // namespace hapticd::openhaptics

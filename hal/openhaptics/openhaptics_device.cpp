@@ -21,9 +21,9 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPoll{1};
-/// For the last frame, and for a turn in progress to return.
+/// Time for the last frame, and for a turn in progress to return.
 constexpr milliseconds kLeave{250};
-/// For one call that ends a run: someone waits for it.
+/// Time for a call that ends a run, while a caller waits for it.
 constexpr milliseconds kStopTimeout{2000};
 constexpr std::chrono::seconds kRateWindow{1};
 
@@ -106,7 +106,7 @@ struct OpenHapticsDevice::State {
   void abandon(const std::string& call) REQUIRES(control);
 };
 
-/// The library did not return from a call.
+/// Abandons the library, which did not return from a call.
 void OpenHapticsDevice::State::abandon(const std::string& call) {
   servo = nullptr;
   if (const auto hanging = library.lock()) hanging->abandon();

@@ -14,8 +14,8 @@ namespace hapticd::openhaptics {
 /// (kDeviceNotReady), when nothing was written in a tick, or when the written force is not finite. A force
 /// beyond the limit is scaled down to it and reported as kDeviceOverForce with the next sample.
 ///
-/// The library may hang in any call. Then no one waits for it longer than the configuration says, the device
-/// is kFaulty, and the library is never touched again by this process.
+/// OpenHaptics device. The library may hang in any call: the caller waits no longer than the configuration
+/// says, then the device is kFaulty, and this process never touches the library again.
 class OpenHapticsDevice final : public hal::HapticDevice, public hal::ServoClock {
  public:
   /// Checks the configuration; opens nothing.
@@ -30,8 +30,8 @@ class OpenHapticsDevice final : public hal::HapticDevice, public hal::ServoClock
   void disengage() noexcept override;
   hal::PartReport report() const override;
 
-  /// From the data sheet until the device is engaged, then with the force limits it shows. Changes in
-  /// engage() only.
+  /// Properties from the data sheet until the device is engaged, then with the force limits it shows. They
+  /// change in engage() only.
   const hal::DeviceInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand& command) noexcept override;

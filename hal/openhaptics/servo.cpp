@@ -146,8 +146,7 @@ void Servo::render(const hal::Vector3& force) noexcept {
 }
 
 void Servo::end() noexcept {
-  // A device that is unfit gives no force, whatever is asked of it; nor does a servo that no one waits for
-  // any more.
+  // A device that is unfit gives no force, whatever is asked of it; nor does a servo that has been abandoned.
   const bool fit = (status_ & (kDeviceFault | kDeviceNotReady)) == 0 &&
                    state_.load(std::memory_order_acquire) == kInFrame &&
                    !crashed_.load(std::memory_order_acquire);
@@ -234,7 +233,7 @@ void Servo::take_pose() noexcept {
       rig_from_device(position - setup_.origin_mm) + geometry::rotated(orientation_, setup_.tip_offset_mm);
 }
 
-/// With the error stack empty, as for all that a device may not have.
+/// Reads the gimbal's angles with the error stack empty, as for all that a device may not have.
 void Servo::take_angles() noexcept {
   angles_.known = false;
   if (!angles_known_) return;
@@ -252,7 +251,7 @@ void Servo::take_angles() noexcept {
   }
 }
 
-/// Whether the library supports the last query; a device without that value is not faulty. The error stack
+/// True if the library supports the last query; a device without that value is not faulty. The error stack
 /// was empty before.
 bool Servo::knows_what_was_asked() noexcept {
   bool known = true;
@@ -268,7 +267,7 @@ bool Servo::knows_what_was_asked() noexcept {
   return known;
 }
 
-/// The library may switch the output off by itself. It is not switched on again without the user.
+/// Checks the output: the library may switch it off by itself. It is not switched on again without the user.
 void Servo::check_output() noexcept {
   if (!output_known_ || api_.is_enabled == nullptr) return;
   const bool on = api_.is_enabled(hd::kForceOutput) != 0;

@@ -61,13 +61,14 @@ class Servo {
         const ServoSetup& setup);
 
   // -- the thread that runs the clock, while no callback is scheduled
-  /// Ready for a new run.
+  /// Arms the servo for a new run.
   void arm(hal::ServoBody& body) noexcept;
   static hd::CallbackCode callback(void* servo) noexcept { return static_cast<Servo*>(servo)->turn(); }
   hd::Handle device() const noexcept { return device_; }
 
   // -- the thread that runs the clock, while a callback is scheduled
-  /// The next turn writes zero force in a separate frame, switches the force off and is the last one.
+  /// Finishes: the next turn writes zero force in a separate frame, switches the force off and is the last
+  /// one.
   void finish() noexcept { finishing_.store(true, std::memory_order_release); }
   bool finished() const noexcept { return finished_.load(std::memory_order_acquire); }
   enum class Leaving {
@@ -82,9 +83,9 @@ class Servo {
   void write(const hal::DeviceCommand& command) noexcept;
 
   // -- any thread, in a signal handler
-  /// No turn gives force from now on. Waits until a turn without force has ended, for kCrashTimeoutMs at
-  /// most. If the crash is in our own part of a turn, ends that turn without force. For a crash in the
-  /// vendor's library nothing can be done.
+  /// Makes every turn from now on one without force. Waits until a turn without force has ended, for
+  /// kCrashTimeoutMs at most. If the crash is in our own part of a turn, ends that turn without force. For a
+  /// crash in the vendor's library nothing can be done.
   void write_zero_in_crash() noexcept;
 
   // -- any thread

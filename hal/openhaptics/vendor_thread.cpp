@@ -27,7 +27,7 @@ struct VendorThread::Shared {
       Callback<void()> present = std::exchange(job, {});
       lock.unlock();
       present();
-      present = {};  // what it owns goes before the caller is reported
+      present = {};  // what it owns is freed before the caller learns that it is done
       lock.lock();
       busy = false;
       changed.notify_all();

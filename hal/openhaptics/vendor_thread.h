@@ -7,9 +7,9 @@
 
 namespace hapticd::openhaptics {
 
-/// Calls the vendor's library, which may never return, on a thread of its own, so that the caller who waits
-/// for the result waits no longer than he means to. All calls outside the vendor's callback go through one of
-/// these: the library also sees one and the same thread.
+/// Calls the vendor's library, which may never return, on its own thread, so that the caller waits for the
+/// result no longer than it wants to. All calls outside the vendor's callback go through one of these: the
+/// library also sees one and the same thread.
 class VendorThread {
  public:
   VendorThread();

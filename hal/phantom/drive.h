@@ -12,7 +12,7 @@ namespace hapticd::phantom {
 using Currents = std::array<double, 3>;
 using Volts = std::array<double, 3>;
 
-/// Between joints and board: cable transmission, encoders, motors, amplifiers. Torque → volts drives the
+/// Cable transmission, encoders, motors and amplifiers between joints and board. Torque → volts drives the
 /// device, volts → torque checks it.
 class Drive {
  public:
@@ -52,7 +52,7 @@ std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngl
 /// The force that the currents can hold in this pose in every direction, N.
 double force_in_any_direction_n(const PhantomConfig& config, const JointAngles& q,
                                 const Currents& current_a) noexcept;
-/// The same with an existing drive of that configuration; for the tick.
+/// Force with an existing drive of that configuration; for the tick.
 double force_in_any_direction_n(const PhantomConfig& config, const Drive& drive, const JointAngles& q,
                                 const Currents& current_a) noexcept;
 

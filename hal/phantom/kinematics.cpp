@@ -13,8 +13,8 @@ namespace {
 using geometry::product;
 
 constexpr double kNearAxisMm = 1e-9;
-/// Below these the damped inverse departs from the exact one: a tip this near the vertical axis, an elbow
-/// this near straight. The stops keep the elbow's cosine above 0.42.
+/// Bounds below which the damped inverse departs from the exact one: a tip this near the vertical axis, an
+/// elbow this near straight. The stops keep the elbow's cosine above 0.42.
 constexpr double kDampedReachMm = 10.0;
 constexpr double kDampedElbowCosine = 0.1;
 

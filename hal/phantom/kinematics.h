@@ -34,15 +34,15 @@ std::optional<JointAngles> inverse(const ArmGeometry& arm, const hal::Vector3& t
 
 Jacobian jacobian(const ArmGeometry& arm, const JointAngles& q) noexcept;
 
-/// By how much the angles are beyond a stop, rad; zero or negative inside.
+/// Angle beyond a stop, rad; zero or negative inside.
 double beyond_stops_rad(const ArmGeometry& arm, const JointAngles& q) noexcept;
 
 /// Joint torques for a force of the device on the tip, N·mm: Jᵀ f.
 std::array<double, 3> torques_for_n_mm(const ArmGeometry& arm, const JointAngles& q,
                                        const hal::Vector3& force_n) noexcept;
 
-/// The force that joint torques make at the tip. Where the arm is singular (tip on the vertical axis, arm
-/// stretched) the direction that cannot be reported is damped: the answer stays bounded.
+/// Force that joint torques make at the tip. If the arm is singular (tip on the vertical axis, arm stretched)
+/// the direction that cannot be determined is damped: the answer stays bounded.
 hal::Vector3 force_of_n(const ArmGeometry& arm, const JointAngles& q,
                         const std::array<double, 3>& torque_n_mm) noexcept;
 

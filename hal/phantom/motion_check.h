@@ -8,8 +8,8 @@
 namespace hapticd::phantom {
 
 /// Whether what the encoders say can be the motion of an arm. A joint faster than any arm is an encoder that
-/// has jumped: from then on its counts mean nothing, until the arm is homed again. (An encoder that stands
-/// still cannot be distinguished from an arm that does.)
+/// has jumped: from then on its counts mean nothing, until the arm is homed again. (An encoder that is stuck
+/// cannot be told from an arm at rest.)
 class MotionCheck {
  public:
   MotionCheck(double max_joint_speed_rad_per_s, const std::array<double, 3>& rad_per_count,

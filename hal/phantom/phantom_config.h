@@ -68,7 +68,7 @@ std::vector<std::string> phantom_presets();
 /// preset's has the source "configuration".
 std::vector<hal::UncertainParameter> uncertain_parameters(const PhantomConfig& config);
 
-/// An error that names the first invalid value.
+/// Checks a configuration; an error names the first invalid value.
 std::optional<hal::Error> check(const PhantomConfig& config);
 
 }  // namespace hapticd::phantom

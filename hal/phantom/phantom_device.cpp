@@ -54,7 +54,7 @@ std::optional<hal::Error> PhantomDevice::engage() {
   const MutexLock lock(state.engage_mutex);
   if (state.engaged.load(std::memory_order_acquire)) return std::nullopt;
   if (auto error = state.board->engage(daq::BoardUse::kMotion)) return error;
-  // No one ticks on it yet, so this thread may try what the tick will do.
+  // The loop does not tick yet, so this thread may try what the tick will do.
   std::array<std::int64_t, daq::kMaxCounters> first{};
   const bool reads = state.board->read_counters(std::span(first).first(state.encoders));
   if (!reads || !state.board->write_volts(kZeroVolts)) {

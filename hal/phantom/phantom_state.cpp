@@ -18,7 +18,8 @@ constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
 
 }  // namespace
 
-// Engaged again: the counters started from somewhere, so nothing is known of the pose.
+// Restarts after the board was engaged again: the counters started from somewhere, so nothing is known of the
+// pose.
 void PhantomDevice::State::restart() noexcept {
   const std::uint64_t now = engagement.load(std::memory_order_acquire);
   if (now == known_engagement) return;
@@ -115,7 +116,7 @@ void PhantomDevice::State::put(const Currents& current_a) noexcept {
     return;
   }
   output_failures.fetch_add(1, std::memory_order_relaxed);
-  // Old or new, no one knows: the hotter counts.
+  // Old or new cannot be known: the hotter counts.
   for (std::size_t i = 0; i < 3; ++i) held_a[i] = std::max(std::abs(held_a[i]), std::abs(current_a[i]));
 }
 

@@ -9,8 +9,8 @@
 
 namespace hapticd::phantom {
 
-/// Writes zero volts when no command has come for a while, from a thread of its own. Every command arms it
-/// again; while a cut is unread, commands must be withheld. The tick's side takes no lock.
+/// Writes zero volts when no command has come for a while, from its own thread. Every command arms it again;
+/// while a cut is unread, commands must be withheld. The tick's side takes no lock.
 class Watchdog {
  public:
   Watchdog(daq::Board& board, std::size_t outputs, double timeout_ms) noexcept;
@@ -19,11 +19,11 @@ class Watchdog {
   void start();
   void stop() noexcept;
 
-  /// The tick has written volts.
+  /// Notes that the tick has written volts.
   void fed(std::int64_t now_ns) noexcept;
   /// True once after each cut.
   bool take_cut() noexcept { return cut_.exchange(false, std::memory_order_acq_rel); }
-  /// A cut has happened that was not reported yet.
+  /// True if a cut has happened that was not reported yet.
   bool cut() const noexcept { return cut_.load(std::memory_order_acquire); }
   std::uint64_t cuts() const noexcept { return cuts_.load(std::memory_order_relaxed); }
 

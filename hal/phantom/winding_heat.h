@@ -7,9 +7,9 @@ namespace hapticd::phantom {
 /// Heat of a motor winding, first order: 0 at rest, 1 in the end at the continuous current, d(heat)/dt =
 /// ((i / i_continuous)² - heat) / τ; exact for a current held over the step.
 ///
-/// From kWarm on the allowed current falls linearly from the peak to the continuous one at heat 1, so that
-/// no command, however long, takes the winding beyond its permanent limit. Beyond kOver (a current that was
-/// not commanded) no current is allowed until it has cooled below kWarm.
+/// Heat of a motor's winding. Above kWarm the allowed current falls linearly from the peak to the continuous
+/// one at heat 1, so that no command, however long, takes the winding beyond its permanent limit. Beyond
+/// kOver (a current that was not commanded) no current is allowed until it has cooled below kWarm.
 class WindingHeat {
  public:
   static constexpr double kWarm = 0.8;

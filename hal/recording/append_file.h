@@ -15,10 +15,10 @@ namespace hapticd::recording {
 /// another.
 class AppendFile {
  public:
-  /// Makes a new file; an error where there is one already, or none can be made.
+  /// Makes a new file; an error if it exists, or cannot be made.
   static hal::Result<AppendFile> create(const std::string& path);
-  /// Opens one to go on behind its first `size` bytes; what follows is cut off. An error where another
-  /// process has it open for writing.
+  /// Opens one to go on behind its first `size` bytes; what follows is cut off. An error if another process
+  /// has it open for writing.
   static hal::Result<AppendFile> resume(const std::string& path, std::uint64_t size);
   AppendFile(AppendFile&& other) noexcept
       : path_(std::move(other.path_)),
@@ -27,7 +27,7 @@ class AppendFile {
   AppendFile& operator=(AppendFile&&) = delete;
   ~AppendFile();
 
-  /// All of the bytes, or an error and none of them. The error says whether the disk is full.
+  /// Appends all of the bytes, or none of them and returns an error. The error says whether the disk is full.
   std::optional<hal::Error> append(std::string_view bytes);
   /// Cuts the file.
   std::optional<hal::Error> truncate(std::uint64_t size);

@@ -12,13 +12,13 @@ namespace hapticd::recording {
 /// A column of a recording's table.
 struct Column {
   std::string name;  ///< group_quantity_unit
-  std::string unit;  ///< "1" where it has none
+  std::string unit;  ///< "1" if it has none
   bool is_integer = false;
 };
 
 /// Bytes of a cell: a double, or a signed integer.
 inline constexpr std::size_t kCellBytes = 8;
-/// Of a table: a block that names more is damaged. hapticd writes some 200.
+/// Maximum number of columns of a table: a block that names more is damaged. hapticd writes some 200.
 inline constexpr std::size_t kMaxColumns = 4096;
 
 /// One row: a cell for each column.
@@ -28,7 +28,7 @@ class Row {
   double number(std::size_t column) const {
     return columns_[column].is_integer ? static_cast<double>(integer(column)) : take<double>(column);
   }
-  /// Of a column of integers.
+  /// Next value of a column of integers.
   std::int64_t integer(std::size_t column) const { return take<std::int64_t>(column); }
 
  private:
@@ -42,18 +42,18 @@ class Row {
   const std::vector<Column>& columns_;
 };
 
-/// Rows as bytes of a v1::TelemetryBlock message. `columns` as describe() made them, or empty where an
-/// earlier block of the chunk has them.
+/// Rows as bytes of a v1::TelemetryBlock message. `columns` as describe() made them, or empty if an earlier
+/// block of the chunk has them.
 std::string block_message(std::string_view columns, std::string_view rows);
-/// The columns as the beginning of a block.
+/// Describes the columns, as the beginning of a block.
 std::string describe(const std::vector<Column>& columns);
 
 /// A block as it was read; valid as long as the message.
 struct Block {
-  std::vector<Column> columns;  ///< empty where the block does not name them
+  std::vector<Column> columns;  ///< empty if the block does not name them
   std::string_view rows;
 };
-/// False where the bytes are no such message.
+/// False if the bytes are not such a message.
 bool read_block(std::string_view message, Block& block);
 
 /// What happened while a recording ran: a v1::RecordingEvent message.

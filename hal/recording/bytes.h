@@ -19,7 +19,7 @@ void put(T number, std::string& out) {
   out.append(bytes, sizeof(T));
 }
 
-/// A text after its length.
+/// Puts a text after its length.
 inline void put_text(std::string_view text, std::string& out) {
   put(static_cast<std::uint32_t>(text.size()), out);
   out += text;
@@ -27,7 +27,7 @@ inline void put_text(std::string_view text, std::string& out) {
 
 using Texts = std::map<std::string, std::string>;
 
-/// A map of texts after its length in bytes.
+/// Puts a map of texts after its length in bytes.
 void put_texts(const Texts& texts, std::string& out);
 
 /// Takes numbers and texts off the front of bytes that someone else may have written. After the first that is

@@ -37,7 +37,7 @@ std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before) {
 std::string compressed(std::string_view bytes) {
   std::string out(ZSTD_compressBound(bytes.size()), '\0');
   const std::size_t size = ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), kZstdLevel);
-  if (ZSTD_isError(size) != 0) return {};  // only where there is no memory
+  if (ZSTD_isError(size) != 0) return {};  // happens only without memory
   out.resize(size);
   return out;
 }

@@ -11,8 +11,8 @@
 namespace hapticd::recording {
 
 // MCAP, version 0, as described at mcap.dev: the part of it that hapticd writes. A file is the magic bytes,
-// then records (opcode, length, content), and the magic bytes again. Messages stand in compressed chunks;
-// what follows the last of them, the summary, repeats what is in the file and where.
+// then records (opcode, length, content), and the magic bytes again. Messages are in compressed chunks; what
+// follows the last of them, the summary, repeats what is in the file and where.
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 
@@ -86,7 +86,7 @@ struct Content {
   std::vector<Channel> channels;
   std::vector<ChunkIndex> chunks;
   std::vector<MetadataIndex> metadata;
-  // Of the statistics; kept as they are read where there is a summary.
+  // Message count of the statistics; counted as they are read if there is no summary.
   std::uint64_t message_count = 0;
   std::uint64_t start_time_ns = 0;
   std::uint64_t end_time_ns = 0;
@@ -98,12 +98,12 @@ struct Content {
 /// CRC-32 as in zlib; `before`: of the bytes before these.
 std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before = 0);
 
-/// One zstd frame; level 1.
+/// Compresses into one zstd frame; level 1.
 std::string compressed(std::string_view bytes);
-/// False where `bytes` are no such frame of exactly `size` bytes.
+/// False if `bytes` are not such a frame of exactly `size` bytes.
 bool decompress(std::string_view bytes, std::uint64_t size, std::string& out);
 
-/// The records as bytes, with opcode and length.
+/// Makes a record as bytes, with opcode and length.
 std::string record_of(Opcode opcode, std::string_view content);
 std::string record_of(const Schema& schema);
 std::string record_of(const Channel& channel);
@@ -111,7 +111,7 @@ std::string record_of(const Message& message);
 std::string record_of(const ChunkIndex& index);
 std::string record_of(const MetadataIndex& index);
 
-/// The content of a record; false where it is damaged.
+/// Reads the content of a record; false if it is damaged.
 bool read(std::string_view content, Schema& schema);
 bool read(std::string_view content, Channel& channel);
 bool read(std::string_view content, Message& message);

@@ -20,7 +20,7 @@ std::string place_of(const std::string& path) {
 /// Whether one more message is wanted; counts what was shown.
 enum class Shown : std::uint8_t { kAll, kEnded, kDamaged };
 
-/// The records within a chunk.
+/// Shows the records within a chunk.
 Shown show_chunk(std::string_view records, const McapVisitor& visitor, ChunkIndex& index, Content& content) {
   ByteReader reader(records);
   while (!reader.rest().empty()) {
@@ -52,7 +52,7 @@ struct OpenedChunk {
   std::string records;
 };
 
-/// Empty where all is well, else what is damaged.
+/// Opens a chunk; empty if all is well, else what is damaged.
 std::string open_chunk(std::string_view body, OpenedChunk& chunk) {
   ByteReader reader(body);
   chunk.index.start_time_ns = reader.take<std::uint64_t>();

@@ -11,7 +11,7 @@
 
 namespace hapticd::recording {
 
-/// What a reader wants to see of a file, in the order in which it stands there. What is not set is skipped.
+/// What a reader wants to see of a file, in the order of the file. What is not set is skipped.
 struct McapVisitor {
   std::function<void(const Schema&)> schema{};
   std::function<void(const Channel&)> channel{};
@@ -24,9 +24,9 @@ struct McapVisitor {
 struct McapEnd {
   /// The footer is there: the file was finished.
   bool is_finished = false;
-  /// Why what follows Content::end cannot be read; empty where nothing follows.
+  /// Why what follows Content::end cannot be read; empty if nothing follows.
   std::string damage;
-  /// All up to the end, as a summary of it; only where all of it was read.
+  /// All up to the end, as a summary of it; only if all of it was read.
   Content content;
 };
 
@@ -37,7 +37,7 @@ enum class Links : std::uint8_t { kFollowed, kRefused };
 /// writes. Chunks must be compressed with zstd or not at all.
 class McapReader {
  public:
-  /// An error where there is no file, it cannot be read, or does not begin like one.
+  /// Opens a file; an error if there is no file, it cannot be read, or does not begin like one.
   static hal::Result<McapReader> open(const std::string& path, Links links = Links::kFollowed);
   McapReader(McapReader&& other) noexcept
       : path_(std::move(other.path_)),
@@ -46,17 +46,17 @@ class McapReader {
   McapReader& operator=(McapReader&&) = delete;
   ~McapReader();
 
-  /// From front to back, up to the last whole chunk. `from`: at this offset of a record instead.
+  /// Reads from front to back, up to the last whole chunk. `from`: begins at this offset of a record instead.
   hal::Result<McapEnd> read(const McapVisitor& visitor, std::uint64_t from = 0) const;
-  /// What is in the file by its own summary; nothing where it has none that is whole.
+  /// Summary that the file has of its content; nothing if it has none that is whole.
   std::optional<Content> summary() const;
-  /// One record of metadata that the summary names; nothing where it is damaged.
+  /// Record of metadata that the summary names; nothing if it is damaged.
   std::optional<Texts> metadata(const MetadataIndex& index) const;
 
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
 
-  /// Whether a file begins like one; false where it cannot be read.
+  /// True if a file begins like one; false also if it cannot be read.
   static bool is_mcap(const std::string& path);
 
  private:

@@ -22,7 +22,7 @@ class McapWriter {
   /// Goes on where `content` ends, to finish a file that was not.
   McapWriter(AppendFile file, Content content);
 
-  /// The id of the new one.
+  /// Adds a schema; returns its id.
   hal::Result<std::uint16_t> add_schema(std::string name, std::string encoding, std::string data);
   hal::Result<std::uint16_t> add_channel(std::uint16_t schema_id, std::string topic,
                                          std::string message_encoding, Texts metadata);
@@ -34,14 +34,14 @@ class McapWriter {
   std::optional<hal::Error> close_chunk();
   /// Throws away what was gathered.
   void drop_gathered();
-  /// Cuts the last chunk off and all that follows it, e.g. to make room for the end. False where there is
-  /// none, or the file cannot be cut.
+  /// Cuts the last chunk off and all that follows it, e.g. to make room for the end. False if there is none,
+  /// or the file cannot be cut.
   bool drop_last_chunk();
 
   /// Writes summary and end. What was gathered must have been written or dropped.
   std::optional<hal::Error> finish();
 
-  /// Of the finished part.
+  /// Content of the finished part.
   const Content& content() const { return content_; }
   AppendFile& file() { return file_; }
 

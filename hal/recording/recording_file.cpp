@@ -12,7 +12,7 @@ namespace hapticd::recording {
 
 namespace {
 
-/// Which channel is which; known once their records were read.
+/// Channels by their numbers; known once their records were read.
 struct Topics {
   int telemetry = -1;
   int events = -1;

@@ -28,12 +28,12 @@ struct RecordingVisitor {
 /// A recording of the daemon as a table of numbers, events and what is known about them.
 class RecordingFile {
  public:
-  /// Reads up to the first rows. An error where it is no MCAP file, or has no telemetry of hapticd.
+  /// Reads up to the first rows. An error if it is not an MCAP file, or has no telemetry of hapticd.
   static hal::Result<RecordingFile> open(const std::string& path, Links links = Links::kFollowed);
 
   /// "tick", "time_ns", "scene_generation", then the groups that were recorded.
   const std::vector<Column>& columns() const { return columns_; }
-  /// How the file ended; `damage` is empty for one that is whole.
+  /// Reads the file and says how it ended; `damage` is empty for one that is whole.
   hal::Result<McapEnd> read(const RecordingVisitor& visitor) const;
   const McapReader& mcap() const { return reader_; }
 
@@ -46,7 +46,7 @@ class RecordingFile {
 };
 
 /// Finishes a file that was not: what follows its last whole chunk is cut off, and an end is written, which
-/// says so. Does nothing to one that is finished. True where it was repaired.
+/// says so. Does nothing to one that is finished. True if it was repaired.
 hal::Result<bool> repair(const std::string& path);
 
 }  // namespace hapticd::recording

@@ -10,12 +10,12 @@ namespace hapticd::recording {
 // neither protobuf nor the generated code.
 
 void put_varint(std::uint64_t number, std::string& out);
-/// A number field; a zero is left out, as proto3 does.
+/// Puts a number field; a zero is left out, as proto3 does.
 void put_number_field(std::uint32_t field, std::uint64_t number, std::string& out);
-/// A text, bytes or message field; an empty one is left out.
+/// Puts a text, bytes or message field; an empty one is left out.
 void put_bytes_field(std::uint32_t field, std::string_view bytes, std::string& out);
 
-/// One field as it stands in a message.
+/// One field as written in a message.
 struct WireField {
   std::uint32_t number = 0;
   std::uint64_t value = 0;  ///< of a number
@@ -26,7 +26,7 @@ struct WireField {
 class WireReader {
  public:
   explicit WireReader(std::string_view message) : rest_(message) {}
-  /// False at the end, and where the message is damaged.
+  /// False at the end, and if the message is damaged.
   bool next(WireField& field);
   bool failed() const { return failed_; }
 

@@ -29,7 +29,7 @@ struct ColumnRole {
   Quantity quantity = Quantity::kPure;
   /// Possible names, without the unit, if no column is mapped. Compared as plain_name().
   std::vector<std::string> stems;
-  std::vector<std::string> other_stems{};  ///< looked for where none of the stems is there
+  std::vector<std::string> other_stems{};  ///< looked for if none of the stems is there
 };
 
 /// The one column of a one-dimensional recording that measures this quantity.
@@ -45,7 +45,7 @@ inline hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, 
                                                   const std::string& place) {
   return select_column(mapping, role_of(quantity), columns, place);
 }
-/// Whether a role's column can be found by its name alone; for optional columns.
+/// True if a role's column can be found by its name alone; for optional columns.
 bool is_recognised(const ColumnRole& role, const std::vector<std::string>& columns);
 
 }  // namespace hapticd::replay

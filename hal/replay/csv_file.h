@@ -37,7 +37,7 @@ class CsvFile {
   static hal::Result<CsvFile> open(const std::string& path, const CsvFormat& format = {});
 
   const std::vector<std::string>& columns() const noexcept { return layout_.columns; }
-  /// "recording 'PATH'", with the line where one is given; for errors.
+  /// "recording 'PATH'", with the line if one is given; for errors.
   std::string place(std::size_t line = 0) const;
 
   /// Reads all rows. Only the cells of `columns` (indices into columns(), in any order) are parsed and

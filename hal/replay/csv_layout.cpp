@@ -29,7 +29,8 @@ bool has_number(const Cells& cells) {
   return std::ranges::any_of(cells, is_like_number);
 }
 
-/// A row of numbers under a header of so many names. Empty cells at its end may be left out or be too many.
+/// True for a row of numbers under a header of so many names. Empty cells at its end may be left out or be
+/// too many.
 bool is_row(std::string_view text, char separator, std::size_t columns) {
   const Cells cells = cells_of(text, separator);
   return cells.size() >= columns && without_empty_end(cells).size() <= columns &&
@@ -65,7 +66,7 @@ std::string named_with_unit(std::string_view name, std::string_view unit) {
   return std::string(name) + " [" + std::string(unit) + "]";
 }
 
-/// The layout if line `at` is a header with at least `rows` rows of numbers below it.
+/// Layout if line `at` is a header with at least `rows` rows of numbers below it.
 std::optional<CsvLayout> layout_at(std::span<const CsvLine> lines, std::size_t at, char separator,
                                    std::size_t rows) {
   const Cells names = without_empty_end(cells_of(lines[at].text, separator));

@@ -19,18 +19,19 @@ struct CsvLine {
 /// How the table in a CSV file is laid out.
 struct CsvLayout {
   char separator = ',';  ///< or ';' or a tab
-  /// A unit from a row of units under the header stands in brackets behind the name: "Load [kN]".
+  /// Names of the columns. A unit from a row of units under the header follows the name in brackets: "Load
+  /// [kN]".
   std::vector<std::string> columns;
   std::size_t header_line = 0;
   std::size_t last_line_before_rows = 0;  ///< the header, or the row of units under it
 };
 
 /// Finds the table from a file's first lines: the first line of names that rows of numbers follow, after any
-/// preamble, with or without a row of units in between. Where there is none, the first line counts as the
+/// preamble, with or without a row of units in between. If there is none, the first line counts as the
 /// header, so that an error can name what is wrong with the rows. Needs at least one line.
 CsvLayout find_layout(std::span<const CsvLine> lines);
 
-/// Whether a cell could be a number, with a point or a comma.
+/// True if a cell could be a number, with a point or a comma.
 bool is_like_number(std::string_view cell);
 
 /// Calls `take(index, cell)` for each cell, without blanks and quotation marks around it; returns their

@@ -25,7 +25,7 @@ struct Recording {
   double median_step_s = 0.0;
 
   double duration_s() const noexcept { return time_s.back(); }
-  /// A step longer than this is a gap: the sensor sent nothing there, so values are not interpolated.
+  /// Longest step that is not a gap: in a longer one the sensor sent nothing, so values are not interpolated.
   double longest_step_s() const noexcept { return kGapSteps * median_step_s; }
 
   static constexpr double kGapSteps = 5.0;

@@ -58,9 +58,9 @@ struct ReplayRig::State {
   std::uint64_t tick = 0;  ///< the next to be read
   std::size_t row = 0;     ///< the last row not later than the last tick
 
-  /// The recording at a tick counted from the start of the pass.
+  /// Plays the recording at a tick counted from the start of the pass.
   void play(std::uint64_t pass_tick, hal::RigSample& sample) noexcept;
-  /// Between two passes: no contact, the tool moves from the last position to the first.
+  /// Fills a sample between two passes: no contact, the tool moves from the last position to the first.
   void pause(double fraction, hal::RigSample& sample) const noexcept;
 };
 

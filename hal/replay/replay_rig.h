@@ -31,8 +31,7 @@ struct ReplayConfig {
 ///
 /// A step in time of more than five times the median step is a gap: through it the last force is held, every
 /// tick carries sample_status::kForceMissing and a growing force_age_ns, exactly as when a sensor falls
-/// silent, and a guard that watches the age latches. The same holds where reading goes on after the
-/// end.
+/// silent, and a guard that watches the age latches. The same holds when reading goes on after the end.
 class ReplayRig final : public hal::Rig {
  public:
   /// Reads and checks the whole file: missing or unknown column or unit, non-finite or non-numeric cell (with
@@ -45,7 +44,7 @@ class ReplayRig final : public hal::Rig {
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand&) noexcept override {}
   bool exhausted() const noexcept override;
-  /// Of one pass through the file.
+  /// Duration of one pass through the file.
   double duration_s() const noexcept;
 
  private:

@@ -15,7 +15,7 @@ namespace hapticd::replay {
 /// them the file's first bytes show.
 class TableFile {
  public:
-  /// As CsvFile's; the number of a row of an MCAP recording takes the place of the line.
+  /// Visitor of a row, as CsvFile's; the number of a row of an MCAP recording takes the place of the line.
   using RowVisitor = CsvFile::RowVisitor;
 
   /// Errors: those of CsvFile; of an MCAP file, that it has no telemetry of hapticd. `format`: of CSV only.
@@ -23,7 +23,7 @@ class TableFile {
   virtual ~TableFile() = default;
 
   virtual const std::vector<std::string>& columns() const noexcept = 0;
-  /// "recording 'PATH'", with the line or the row where one is given; for errors.
+  /// "recording 'PATH'", with the line or the row if one is given; for errors.
   virtual std::string place(std::size_t line = 0) const = 0;
   /// Reads all rows; only the cells of `columns` (indices into columns()). Refuses cells that are not finite.
   /// Call it once.
@@ -34,7 +34,7 @@ class TableFile {
 /// The refusal of a row whose time is not later than that of the row before.
 hal::Error time_does_not_increase(double now_s, double last_s, std::string place);
 
-/// Rows of an MCAP recording; nothing where the file is none.
+/// Rows of an MCAP recording; nothing if the file is none.
 std::optional<std::size_t> rows_of_mcap(const std::string& path);
 
 }  // namespace hapticd::replay

@@ -16,13 +16,13 @@ class TextLines {
 
   enum class State : unsigned char { kLine, kEnd, kTooLong, kFailed };
 
-  /// False where the file cannot be opened.
+  /// False if the file cannot be opened.
   bool open(const std::string& path);
-  /// The next line without its end; valid until the next call.
+  /// Reads the next line without its end; valid until the next call.
   State next(std::string_view& line);
   /// Number of the last line, from 1.
   std::size_t number() const noexcept { return number_; }
-  /// Whether the last line ended with the file, not with a line end: it may have been cut.
+  /// True if the last line ended with the file, not with a line end: it may have been cut.
   bool is_unfinished() const noexcept { return is_unfinished_; }
 
  private:

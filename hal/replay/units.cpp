@@ -125,7 +125,7 @@ void replace_all(std::string& text, std::string_view old, std::string_view with)
     text.replace(at, old.size(), with);
 }
 
-/// With u for each micro sign, and a torque's factors next to each other.
+/// Unit with u for each micro sign, and a torque's factors next to each other.
 std::string plain_unit(std::string_view unit, Quantity quantity) {
   std::string text(hal::trimmed(unit));
   replace_all(text, "\u00b5", "u");

@@ -22,7 +22,7 @@ const char* name_of(Quantity quantity) noexcept;
 std::string accepted_units(Quantity quantity);
 
 /// Returns the factor of a unit to s, N, mm or N·mm, and nothing if it is not a unit of the quantity. Both
-/// micro signs are read as u. Capitals count only where another unit differs by them: "KN" is kN, but "MN" is
+/// micro signs are read as u. Capitals count only if another unit differs by them: "KN" is kN, but "MN" is
 /// not mN.
 std::optional<double> unit_factor(Quantity quantity, std::string_view unit);
 /// Returns whether a word is a unit of time, force, position or torque.
@@ -31,12 +31,13 @@ bool is_unit(std::string_view word);
 /// A column's name, taken apart.
 struct ColumnName {
   std::string stem;
-  std::string unit;  ///< empty where the name ends in none
+  std::string unit;  ///< empty if the name ends in none
 };
-/// "force_N", "Force (N)", "Force [N]", "Force/N", "Force, N" and "Force in N" → "Force", "N". What stands in
-/// brackets or behind the last '_' counts as the unit even where it is not known as one.
+/// Takes a header apart: "force_N", "Force (N)", "Force [N]", "Force/N", "Force, N" and "Force in N" →
+/// "Force", "N". What is in brackets or behind the last '_' counts as the unit even if it is not known as
+/// one.
 ColumnName take_apart(std::string_view name);
-/// For comparison: without capitals, with one blank for each '_', '-' and row of blanks.
+/// Name for comparison: without capitals, with one blank for each '_', '-' and row of blanks.
 std::string plain_name(std::string_view name);
 
 }  // namespace hapticd::replay

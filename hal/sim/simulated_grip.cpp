@@ -37,7 +37,7 @@ Vector3 Simulation::sway(double hand_time_s) const noexcept {
   const double twist_rad = grown * hand_->program.twist_deg * std::numbers::pi / 180.0;
   const double turn = 2.0 * std::numbers::pi * hand_time_s;
   const double ends_s = std::min(hand_time_s, kSwayBuildsUpS);
-  // Where the tool's mass hangs next to the tip, a wrist that stopped within a step would be a blow.
+  // If the tool's mass hangs next to the tip, a wrist that stopped within a step would be a blow.
   const Vector3 left_rad =
       plain_mounting_ ? sway_before_rad_ * (1.0 - grown)
                       : Vector3{sway_ends_[0].at(ends_s).position_mm, sway_ends_[1].at(ends_s).position_mm,
@@ -61,7 +61,7 @@ double Simulation::tilt_rad(double time_s) const noexcept {
   return MinimumJerk({}, {tilt, 0.0, 0.0}, kTiltTakesS).at(since_s).position_mm;
 }
 
-// What the object gives, less what it takes to accelerate the tool, plus its weight.
+// Loads the sensor: what the object gives, less what it takes to accelerate the tool, plus its weight.
 void Simulation::load_sensor(const Vector3& acceleration, double time_s) noexcept {
   const Vector3 gravity{0.0, 0.0, -kGravityMmPerS2};
   if (!plain_mounting_) {

@@ -8,7 +8,7 @@
 
 namespace hapticd::sim {
 
-/// What a simulated rig reports itself to be: as its parts' data sheets have it. The truth may differ.
+/// Information of a simulated rig about itself: by its parts' data sheets. The truth may differ.
 hal::RigInfo info_of(const SimulationConfig& config, const DeviceModel& device, Plant plant,
                      const Conditions& conditions, const hal::SensorInfo& sensor);
 

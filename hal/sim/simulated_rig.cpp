@@ -84,7 +84,7 @@ struct SimulatedRig::State {
     incoming.store(change.release(), std::memory_order_release);
   }
 
-  /// Whether the object that is to come could be there now: the old one is not touched, and the tip is
+  /// True if the object that is to come could be there now: the old one is not touched, and the tip is
   /// neither where the new one's matter will be nor underneath it.
   bool clear_for_object() const noexcept {
     const hal::TruthSample& truth = simulation.truth();
@@ -94,9 +94,9 @@ struct SimulatedRig::State {
     return nearest.depth_mm <= 0.0 && nearest.outward_normal.z > 0.0;
   }
 
-  /// The clock's thread. A new hand takes over at once. A new object waits until the tip is clear of the old
-  /// one and of where it will be itself; the hand is made to lift off first and starts its program again
-  /// afterwards.
+  /// Takes up a change, on the clock's thread. A new hand takes over at once. A new object waits until the
+  /// tip is clear of the old one and of where it will be itself; the hand is made to lift off first and
+  /// starts its program again afterwards.
   void take_up_change() noexcept {
     if (awaiting_clearance == nullptr) {
       Change* change = incoming.exchange(nullptr, std::memory_order_acq_rel);
@@ -117,14 +117,14 @@ struct SimulatedRig::State {
     retire(std::exchange(awaiting_clearance, nullptr));
   }
 
-  /// Whether the tip is clear of an object in place, were it there.
+  /// True if the tip is clear of an object in place, were it there.
   bool clear_of(const PlacedObject& object) const noexcept {
     const Vector3 seen_mm = object.pose.to_object(simulation.truth().tip_position_mm);
     const Projection nearest = project(object.model.shape, seen_mm);
     return nearest.depth_mm <= 0.0 && nearest.outward_normal.z > 0.0;
   }
 
-  /// The clock's thread: what is due by now happens to the object in place.
+  /// Lets what is due by now happen to the object in place; on the clock's thread.
   void let_happen() noexcept {
     ObjectEvent event;
     while (sent.pop(event)) schedule.add(event);
@@ -140,7 +140,7 @@ struct SimulatedRig::State {
     }
   }
 
-  /// What the clock's thread no longer needs goes back to be freed elsewhere.
+  /// Retires what the clock's thread no longer needs, to be freed elsewhere.
   void retire(Change* change) noexcept {
     change->next_retired = retired.load(std::memory_order_relaxed);
     while (!retired.compare_exchange_weak(change->next_retired, change, std::memory_order_acq_rel)) {

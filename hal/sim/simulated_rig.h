@@ -21,7 +21,7 @@
 
 namespace hapticd::sim {
 
-/// Which rig to simulate. Uncertain device parameters may be overridden to see what they do to a result.
+/// Rig to simulate. Uncertain device parameters may be overridden to see what they do to a result.
 struct SimulationConfig {
   std::string device = "phantom_1_0";
   std::string object = "sponge_block";  ///< "none" for an empty table
@@ -82,15 +82,16 @@ class SimulatedRig final : public hal::Rig {
   void run(hal::TickHandler& handler, const std::atomic<bool>& stop) noexcept override;
   bool truth(hal::TruthSample& truth) const noexcept override;
   bool external_position(hal::Vector3& position_mm) const noexcept override;
-  /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so someone else has
+  /// Takes the mean of the next quarter of a second as the sensor's zero; waits for it, so another thread has
   /// to read meanwhile.
   std::optional<hal::Error> bias_force_sensor() override;
-  /// The tool's true orientation at the last sample; the clock's thread.
+  /// True orientation of the tool at the last sample; for the clock's thread.
   hal::Quaternion true_orientation() const noexcept;
-  /// Watches where the conditions have `tracker_rate_hz`.
+  /// Watches if the conditions have `tracker_rate_hz`.
   SimulatedTracker& tracker() noexcept;
 
-  /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
+  /// Sets a program, which is checked here and taken up at the next read(); the motion starts from where the
+  /// hand is then. Any thread.
   std::optional<hal::Error> set_program(const HandProgram& program);
   /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. A tip
   /// that touches the old object, or would be inside the new one, is lifted off first; then the program, a
@@ -99,8 +100,8 @@ class SimulatedRig final : public hal::Rig {
   /// over it; 25 mm from the middle at most.
   std::optional<hal::Error> set_object(const std::string& name, const hal::Vector3& inclusion_aside_mm = {});
   std::string object() const;
-  /// Any thread. Something happens to the object in place, at the next read() or later as it says. Refused
-  /// where too many are waiting already.
+  /// Lets something happen to the object in place, at the next read() or later as it says. Refused if too
+  /// many are waiting already. Any thread.
   std::optional<hal::Error> happen(const ObjectEvent& event);
 
  private:

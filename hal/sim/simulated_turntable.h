@@ -10,7 +10,7 @@ namespace hapticd::sim {
 
 /// A table with a motor, a counter and a home switch, in real time.
 struct SimulatedTurntableConfig {
-  double start_deg = 25.0;  ///< where it happens to stand when power comes on, by the switch
+  double start_deg = 25.0;  ///< angle at power-on, by the switch
   double homing_deg_per_s = 60.0;
   bool homed = false;  ///< as after a power cycle; true spares a demonstration the homing
 };

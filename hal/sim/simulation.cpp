@@ -73,8 +73,8 @@ void Simulation::command(const Vector3& force_n) noexcept {
   pending_[pending_count_++] = {due, force_n};
 }
 
-// Latency, DAC, saturation and the amplifier's pole. Returns the mean force over the step, exact for a
-// first-order lag.
+// Force of the motors: latency, DAC, saturation and the amplifier's pole. Returns the mean over the step,
+// exact for a first-order lag.
 Vector3 Simulation::motor_force() noexcept {
   while (pending_count_ > 0 && pending_[0].due_step <= steps_) {
     const double quantum = device_.force_step_n();

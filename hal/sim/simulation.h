@@ -32,17 +32,17 @@ struct PreparedHand {
   HandImpedance impedance;
   AxisDynamics across;
   AxisDynamics along;
-  /// Where the structure's stiffness varies: the same from half the compliance at home to twice as much, in
-  /// equal ratios; where the arm's mass varies, that for each of several masses, from the smallest to the
-  /// largest. Empty where both are constant.
+  /// Dynamics over the field. If the structure's stiffness varies: the same from half the compliance at home
+  /// to twice as much, in equal ratios; if the arm's mass varies, that for each of several masses, from the
+  /// smallest to the largest. Empty if both are constant.
   std::vector<AxisDynamics> across_field;
   std::vector<AxisDynamics> along_field;
 };
 
 /// How the tool hangs on the sensor and the sensor sits in the tool.
 struct ToolMounting {
-  /// Of the tool's mass, from the sensor's origin, tool frame. Without: the mass moves as the tip does,
-  /// however the tool turns, and torque is what the whole load would make at the tip.
+  /// Centre of the tool's mass, from the sensor's origin, tool frame. Without: the mass moves as the tip
+  /// does, however the tool turns, and torque is what the whole load would make at the tip.
   std::optional<hal::Vector3> centre_mm{};
   hal::Quaternion sensor_to_tool{};  ///< rotates sensor coordinates into the tool's
   hal::Vector3 force_offset_n{};     ///< sensor frame: what it reads, once biased, besides the load
@@ -72,7 +72,7 @@ struct PlacedObject {
   ObjectPose pose;
 };
 
-/// One axis of the device with sensor and tool in a hand whose impedance along it is given.
+/// Axis of the device with sensor and tool in a hand whose impedance along it is given.
 AxisParameters axis_of(const DeviceModel& device, double tool_mass_kg, double hand_mass_kg,
                        double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm,
                        double arm_mass_factor = 1.0);
@@ -172,7 +172,7 @@ class Simulation {
   bool followed_contour_ = false;
   hal::Vector3 contour_offset_mm_;  ///< between what was meant before and along the contour; fades
   std::int64_t contour_began_step_ = 0;
-  /// What the encoders read, step by step; kept where the reading is delayed.
+  /// What the encoders read, step by step; kept if the reading is delayed.
   struct Seen {
     std::array<double, 3> motor_mm{};
     std::array<double, 3> motor_mm_per_s{};

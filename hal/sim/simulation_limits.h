@@ -21,13 +21,13 @@ inline std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
-/// What a hand can do.
+/// Checks what a hand can do.
 std::optional<hal::Error> check(const HandProgram& program);
-/// The device of a configuration: a preset or its own, with what is changed of it.
+/// Device of a configuration: a preset or its own, with what is changed of it.
 hal::Result<DeviceModel> device_of(const SimulationConfig& config);
-/// What a configuration says of structure and sensor beyond the preset.
+/// Checks what a configuration says of structure and sensor beyond the preset.
 std::optional<hal::Error> check_structure_and_sensor(const SimulationConfig& config);
-/// What would divide by nothing, or hang. The presets are beyond doubt.
+/// Checks for what would divide by zero, or hang. The presets need no check.
 std::optional<hal::Error> check_custom(const SimulationConfig& config);
 
 }  // namespace hapticd::sim

@@ -10,15 +10,15 @@
 
 namespace hapticd::sim {
 
-/// When the ticks of virtual time fall: evenly, as a sequence says, or late at random as the conditions say.
-/// Ticks are late against even times; where one is late by more than a period, those in between are missed.
+/// Times of the ticks of virtual time: evenly, as a sequence says, or late at random as the conditions say.
+/// Ticks are late against even times; if one is late by more than a period, those in between are missed.
 class TickClock {
  public:
   /// `sequence` may be null.
   TickClock(double rate_hz, const Conditions& conditions, std::shared_ptr<const TickSequence> sequence,
             std::uint64_t seed) noexcept;
 
-  /// Whether ticks or sensor samples ever deviate from even times.
+  /// True if ticks or sensor samples ever deviate from even times.
   bool irregular() const noexcept { return irregular_; }
 
   struct Tick {

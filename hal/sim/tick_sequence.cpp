@@ -89,7 +89,7 @@ hal::Result<TickSequence> TickSequence::load(const std::string& path) {
     for (std::size_t i = 0; i < ticks.size(); ++i) {
       passed_us += ticks[i].interval_us;
       arrived_us += record_us * records[i];
-      // Within one record no one can feel.
+      // Within one record it cannot be felt.
       const double behind_us = passed_us - arrived_us;
       ticks[i].sensor_late_us = behind_us > record_us ? behind_us : 0.0;
     }

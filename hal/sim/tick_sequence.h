@@ -21,21 +21,21 @@ class TickSequence {
  public:
   explicit TickSequence(std::vector<TickInterval> ticks) : ticks_(std::move(ticks)) {}
 
-  /// A recording: CSV with the columns interval_us and sensor_records (how many had arrived for the tick).
-  /// How late the sensor's records came follows from their number: they are made at an even rate.
+  /// Loads a recording: CSV with the columns interval_us and sensor_records (how many had arrived for the
+  /// tick). How late the sensor's records came follows from their number: they are made at an even rate.
   static hal::Result<TickSequence> load(const std::string& path);
-  /// A regular clock on which every `every`-th tick comes `late_us` late; the one after it, where it still
+  /// Makes a regular clock on which every `every`-th tick comes `late_us` late; the one after it, if it still
   /// can, at its own time, else the next that can: whole periods are missed.
   static TickSequence late(double period_us, double late_us, int every);
-  /// The same with `length` late ticks one after the other: each comes `late_us` after the one before was
+  /// Sequence with `length` late ticks one after the other: each comes `late_us` after the one before was
   /// due.
   static TickSequence bursts(double period_us, double late_us, int length, int every);
-  /// The sensor's samples of every `every`-th tick come `late_us` late, all at once.
+  /// Makes the sensor's samples of every `every`-th tick `late_us` late, all at once.
   static TickSequence bunched(double period_us, double late_us, int every);
-  /// The samples of `length` ticks in a row are lost, every `every` ticks.
+  /// Loses the samples of `length` ticks in a row, every `every` ticks.
   static TickSequence lost(double period_us, int length, int every);
 
-  /// The same for a loop of another rate: the lateness of a tick stays what it was.
+  /// Sequence for a loop of another rate: the lateness of a tick stays what it was.
   TickSequence at_rate(double recorded_hz, double rate_hz) const;
 
   const std::vector<TickInterval>& ticks() const noexcept { return ticks_; }

@@ -127,7 +127,7 @@ void SkeletonDevice::write_zero_in_crash() noexcept {
   if (engaged_) link_->write_force({});
 }
 
-// A thread of its own, because the loop that should send commands may be the one that hangs.
+// Runs on its own thread, because the loop that should send commands may be the one that hangs.
 void SkeletonDevice::watch() noexcept {
   pthread_setname_np(pthread_self(), "skeleton-cut");
   const std::chrono::nanoseconds poll_interval(std::min<std::int64_t>(watchdog_ns_ / 4, 5'000'000));

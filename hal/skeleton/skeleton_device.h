@@ -25,9 +25,10 @@ class DeviceLink {
 
 /// A template for a driver: the shortest one that keeps the whole contract of HapticDevice.
 ///
-/// It gives no force while it is not engaged, while the device does not answer (kDeviceFault), for a command
-/// that is not finite, and after `watchdog_ms` without a command until a read() has reported it
-/// (kCommandStale). A command beyond the limit is scaled down and reported (kDeviceOverForce).
+/// Device of the skeleton. Gives no force while it is not engaged, while the device does not answer
+/// (kDeviceFault), for a command that is not finite, and after `watchdog_ms` without a command until a read()
+/// has reported it (kCommandStale). A command beyond the limit is scaled down and reported
+/// (kDeviceOverForce).
 class SkeletonDevice final : public hal::HapticDevice {
  public:
   /// Opens nothing. `info`: what the device is and can do. `watchdog_ms`: 2 … 1000. Errors: a value out of

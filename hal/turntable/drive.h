@@ -36,14 +36,14 @@ class Drive {
   virtual bool linked() const noexcept = 0;
 
   virtual hal::Result<DriveReading> read() = 0;
-  /// Both limits are given.
+  /// Starts a motion; both limits are given.
   virtual std::optional<hal::Error> start_move(double target_deg, const hal::MotionLimits& limits) = 0;
   virtual std::optional<hal::Error> start_home() = 0;
   virtual std::optional<hal::Error> stop() = 0;
   virtual std::optional<hal::Error> reset_alarm() = 0;
 
-  /// After a reading whose position is implausible: how it would make sense, e.g. in another order of words.
-  /// Empty when nothing fits.
+  /// Remedy after a reading whose position is implausible: how it would make sense, e.g. in another order of
+  /// words. Empty when nothing fits.
   virtual std::string hint_for_implausible() const { return {}; }
 
   virtual std::string driver() const = 0;      ///< e.g. "modbus"

@@ -27,7 +27,7 @@ struct TurntableSettings {
   std::vector<hal::TurntableStation> stations;
 };
 
-/// An error where the settings contradict each other or themselves.
+/// Checks the settings: an error if they contradict each other or themselves.
 std::optional<hal::Error> check(const TurntableSettings& settings);
 
 /// A turntable made of a drive: one thread that polls it, follows its motions, asks the permit and connects

@@ -17,7 +17,8 @@ constexpr double kArrivalFactor = 1.5;
 constexpr double kHomingGraceS = 1.0;
 /// Homing stops at switches and turns round.
 constexpr double kHomingTimeout = 4.0;
-/// The drive's own position does not change by more than a share of the tolerance for this long: it stands.
+/// The drive's own position does not change by more than a share of the tolerance for this long: it is at
+/// rest.
 constexpr double kRestS = 0.15;
 constexpr double kRestShare = 0.2;
 
@@ -85,7 +86,7 @@ MotionSupervisor::Action MotionSupervisor::stop(double now_s, hal::MotionEnd how
 }
 
 void MotionSupervisor::stop_answered(double now_s, std::optional<hal::Error> refusal) {
-  // It has its time to stand from when the drive takes the stop.
+  // Its time to come to rest counts from when the drive takes the stop.
   if (stop_refusal_ && !refusal) stop_sent_s_ = now_s;
   stop_refusal_ = std::move(refusal);
 }

@@ -9,15 +9,15 @@
 
 namespace hapticd::turntable {
 
-/// When a motion counts as arrived, late, stuck or standing.
+/// Rules by which a motion counts as arrived, late, stuck or at rest.
 struct SupervisionSettings {
   double tolerance_deg = 0.2;        ///< between target and the drive's own position
-  double settle_s = 0.1;             ///< it has to stand there for so long
+  double settle_s = 0.1;             ///< time it has to rest there
   double stall_after_s = 0.75;       ///< without progress, beyond what the slowest start explains
   double stall_distance_deg = 0.05;  ///< what counts as progress
   double arrival_margin_s = 2.0;     ///< beyond one and a half times the trapezoid's duration
   double homing_timeout_s = 60.0;
-  double stop_timeout_s = 3.0;  ///< for a table that was asked to stop to stand
+  double stop_timeout_s = 3.0;  ///< time in which a table that was asked to stop has to be at rest
 };
 
 /// Follows one motion of the drive from its order to its end: a function of time and readings, without clock,
@@ -29,17 +29,17 @@ class MotionSupervisor {
 
   explicit MotionSupervisor(const SupervisionSettings& settings) : settings_(settings) {}
 
-  /// Both limits are given; the order itself has been sent or is about to be.
+  /// Begins a motion; both limits are given; the order itself has been sent or is about to be.
   void begin_move(double now_s, double from_deg, double target_deg, const hal::MotionLimits& limits);
   void begin_home(double now_s, double from_deg);
 
-  /// A fresh reading.
+  /// Takes a fresh reading.
   Action observe(double now_s, const DriveReading& reading);
-  /// Ends the motion early: the drive is to stop, and once it stands the motion has ended so.
+  /// Ends the motion early: the drive is to stop, and once it is at rest the motion has ended so.
   Action stop(double now_s, hal::MotionEnd end, std::optional<hal::Error> problem);
-  /// The drive has not taken the order yet: the motion's time begins now.
+  /// Postpones the motion: the drive has not taken the order yet, and its time begins now.
   void postpone(double now_s) noexcept { began_s_ = progress_s_ = rest_s_ = now_s; }
-  /// What the drive answered to the stop; nothing = it has taken it.
+  /// Takes what the drive answered to the stop; nothing = it has taken it.
   void stop_answered(double now_s, std::optional<hal::Error> refusal);
   /// Ends the motion here and now.
   void abandon(double now_s, hal::MotionEnd end, hal::Error problem);

@@ -17,7 +17,7 @@
 namespace hapticd::turntable {
 
 std::string number(double value, const char* unit);
-/// From the least to the largest angle.
+/// Range from the least to the largest angle.
 std::string range_text(const TurntableSettings& settings);
 inline hal::Error not_engaged() {
   return {"the turntable is not engaged", "turntable", "", "", "engage it first"};
@@ -158,7 +158,7 @@ struct DrivenTurntable::State {
     return motion.end == MotionEnd::kUnderWay || motion.number < ordered;
   }
 
-  /// Why no motion can begin now.
+  /// Reason why no motion can begin now.
   std::optional<hal::Error> refusal_locked(bool needs_homed) const REQUIRES(mutex);
 
   hal::Result<std::uint64_t> order(bool needs_homed,

@@ -16,16 +16,16 @@ using hal::TurntableState;
 
 /// How often the permit is asked while the table turns.
 constexpr std::chrono::milliseconds kPermitPeriod{2};
-/// So many failures in a row, and the connection is opened again.
+/// Number of failures in a row after which the connection is opened again.
 constexpr int kFailuresInARow = 3;
-/// Beyond its range by more than this, a position is no position.
+/// A position that is beyond the range by more than this is not believed.
 constexpr double kPlausibleBeyondDeg = 360.0;
-/// Before it is homed it counts from anywhere.
+/// Bound of a position before homing: it counts from anywhere.
 constexpr double kPlausibleUnhomedDeg = 36000.0;
 /// A reading may be ahead of the last one by this much more than the greatest speed explains.
 constexpr double kJumpFactor = 3.0;
 constexpr double kJumpSlackDeg = 5.0;
-/// Without a velocity of its own, a drive's is taken from its positions over this time.
+/// Time over which the velocity of a drive that reports none is taken from its positions.
 constexpr double kVelocitySmoothingS = 0.1;
 
 hal::TurntableInfo info_of(std::string name, const TurntableSettings& settings) {
@@ -225,7 +225,7 @@ void DrivenTurntable::State::accept(const DriveReading& next, double now) {
     drive_state = state_of(next);
   }
   if (supervisor.observe(now, next) == MotionSupervisor::Action::kSendStop) send_stop();
-  // Whatever it does that no one asked for here, e.g. what was begun before contact was lost, is ended.
+  // Whatever it does that was not requested here, e.g. what was begun before contact was lost, is ended.
   const bool automatic = next.moving.value_or(false) && !supervisor.under_way();
   if (automatic && !safety_stop_sent) send_stop();
   safety_stop_sent = automatic;

@@ -7,7 +7,7 @@ namespace hapticd::text {
 
 namespace {
 
-// Words longer than any key are no typing errors, and the distance costs their product.
+// Words longer than any key are not typing errors, and the distance costs their product.
 constexpr std::size_t kMaxWord = 64;
 
 /// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b` (Damerau and

@@ -11,8 +11,8 @@ namespace {
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
 constexpr std::string_view kEllipsis = "\xE2\x80\xA6";     // …
 
-/// Bytes of the well-formed character that begins here; 0 where there is none. Overlong forms, surrogates
-/// and characters beyond U+10FFFF are not well formed (Unicode, table 3-7).
+/// Bytes of the well-formed character that begins here; 0 if there is none. Overlong forms, surrogates and
+/// characters beyond U+10FFFF are not well formed (Unicode, table 3-7).
 std::size_t character_at(std::string_view text, std::size_t at) {
   const auto byte = [&](std::size_t i) {
     return at + i < text.size() ? static_cast<std::uint8_t>(text[at + i]) : std::uint8_t{0};

@@ -21,7 +21,7 @@ std::string shortened(std::string_view text, std::size_t max_bytes);
 /// keeps its meaning. Bytes that are not UTF-8 become U+FFFD. A printable text stays as it is.
 std::string printable(std::string_view text);
 
-/// The same for a text of many lines: '\n' and '\t' stay.
+/// Printable text of many lines: '\n' and '\t' stay.
 std::string printable_lines(std::string_view text);
 
 }  // namespace hapticd::text

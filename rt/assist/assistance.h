@@ -19,7 +19,8 @@ struct AssistanceSpec {
   std::optional<WatchLimits> watch{};
 };
 
-/// Half of the evidence of an object: what free motion may look like has none.
+/// True for a contact with at least half of the evidence of an object: what free motion may look like has
+/// none.
 inline bool is_evident_contact(const TickRecord& record) noexcept {
   return record.in_contact && record.contact_authority >= 0.5;
 }
@@ -30,23 +31,23 @@ class Assistance {
  public:
   explicit Assistance(double rate_hz) noexcept : rate_hz_(rate_hz) {}
 
-  /// Another scene. A guide that leads the tool goes on; a presentation under way is not valid.
+  /// Exchanges the scene's part. A guide that leads the tool goes on; a presentation under way is not valid.
   void exchange(const AssistanceSpec& spec) noexcept;
   /// Returns its number, from 1. One that is under way ends as cancelled.
   std::uint32_t begin_guide(const GuideMotion& motion) noexcept;
   void cancel_guide() noexcept { guide_.cancel(); }
-  /// Wanted in the last tick, rig frame.
+  /// Force of the guide as wanted in the last tick, rig frame.
   const hal::Vector3& guide_force_n() const noexcept { return guide_force_n_; }
   /// Returns its number, from 1; 0 without a watch. One that is under way is forgotten.
   std::uint32_t begin_presentation() noexcept;
-  /// Number 0 where none is under way.
+  /// Ends a presentation; number 0 if none is under way.
   PresentationSummary end_presentation() noexcept;
 
   /// Force on the tip, rig frame, and the record's group. `record` has what the scene's pipeline made of the
   /// sample. `interval_s` > 0 since the last tick.
   hal::Vector3 update(const hal::RigSample& sample, bool is_force_allowed, double interval_s,
                       TickRecord& record) noexcept;
-  /// After the guard has filled its part of the record.
+  /// Observes the tick, after the guard has filled its part of the record.
   void observe(TickRecord& record, double interval_s) noexcept;
 
  private:

@@ -7,7 +7,7 @@ namespace hapticd::rt {
 
 namespace {
 
-/// Between two samples: beyond, what happened is not known.
+/// Longest gap between two samples: beyond it, what happened is not known.
 constexpr double kLostS = 0.010;
 
 double norm(const hal::Vector3& v) noexcept {

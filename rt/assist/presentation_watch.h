@@ -10,8 +10,8 @@
 
 namespace hapticd::rt {
 
-/// What makes the presentation of a stimulus valid; 0 where a limit is not asked for. The defaults are those
-/// of D§3.4.1.
+/// What makes the presentation of a stimulus valid; 0 if a limit is not asked for. The defaults are those of
+/// D§3.4.1.
 struct WatchLimits {
   double max_press_speed_mm_per_s = 150.0;  ///< into the object, along the press axis
   double max_lateral_mm = 15.0;             ///< from the first contact point, across the press axis
@@ -61,15 +61,15 @@ class PresentationWatch {
   PresentationWatch(const WatchLimits& limits, const hal::Vector3& press_axis, double rate_hz) noexcept
       : limits_(limits), axis_(press_axis), period_s_(1.0 / rate_hz) {}
 
-  /// The tick of this record is the first of `number`.
+  /// Begins `number`: the tick of this record is its first.
   void begin(std::uint32_t number) noexcept;
-  /// The tick before this record's was the last one.
+  /// Ends it: the tick before this record's was its last.
   PresentationSummary end() noexcept;
   bool is_running() const noexcept { return is_running_; }
   const PresentationSummary& summary() const noexcept { return summary_; }
 
-  /// After the guard has filled its part of the record. `is_touched`: an object is in contact. `interval_s` >
-  /// 0 since the last tick.
+  /// Takes a tick, after the guard has filled its part of the record. `is_touched`: an object is in contact.
+  /// `interval_s` > 0 since the last tick.
   void update(const TickRecord& record, bool is_touched, const hal::Vector3& velocity_mm_per_s,
               double interval_s) noexcept;
 

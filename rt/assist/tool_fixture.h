@@ -45,7 +45,7 @@ class ToolFixture {
   };
   /// Force on the tip, rig frame. Zero before a contact, and while the tool is guided.
   hal::Vector3 update(const Situation& now) noexcept;
-  /// The next contact is another one.
+  /// Forgets the contact: the next one is another one.
   void forget() noexcept { is_anchored_ = false; }
 
  private:

@@ -48,7 +48,7 @@ void ToolGuide::end(GuideState state) noexcept {
   if (!is_started_) share_ = 0.0;
 }
 
-// What the guide gave in letting go of the last motion goes on as the integral's part.
+// Starts a motion: what the guide gave in letting go of the last one goes on as the integral's part.
 void ToolGuide::start(const Situation& now) noexcept {
   is_started_ = true;
   was_free_ = false;

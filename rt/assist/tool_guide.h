@@ -31,7 +31,7 @@ inline constexpr double kMaxTimeoutS = 600.0;
 ///
 /// First order in the tick's measured interval. Stable for an arm of 50 g and more at 1 kHz: b times the
 /// delay of the smoothed velocity (7 ms) is 0.055 kg at most. A hand that first resists and then lets go
-/// suddenly is pulled with the force that stands, faster than the given speed.
+/// suddenly is pulled with the present force, faster than the given speed.
 class ToolGuide {
  public:
   static constexpr double kStiffnessNPerMm = 0.2;
@@ -45,7 +45,7 @@ class ToolGuide {
   /// quarter faster.
   static constexpr double kPathSpeed = 0.82;
 
-  /// From where the tip is with the next sample.
+  /// Begins from where the tip is with the next sample.
   void begin(const GuideMotion& motion) noexcept;
   /// Ends it, softly.
   void cancel() noexcept;
@@ -63,7 +63,7 @@ class ToolGuide {
   GuideState state() const noexcept { return state_; }
   /// Counts motions from 1.
   std::uint32_t number() const noexcept { return number_; }
-  /// Under way, or letting go.
+  /// True while a motion is under way, or letting go.
   bool is_acting() const noexcept { return state_ == GuideState::kUnderWay || share_ > 0.0; }
 
  private:

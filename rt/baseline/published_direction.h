@@ -10,8 +10,8 @@ namespace hapticd::rt {
 
 /// Deformation direction as the dissertation finds it: the sliding direction from the last two positions
 /// (4.17)-(4.19), friction along it from (4.11) or (4.15) with the normal of the tick before (4.20), the rest
-/// of the reaction is normal (4.10), through a 70 Hz Butterworth filter. Where the friction was identified as
-/// Maxwell-slip, its elements stand for (4.15).
+/// of the reaction is normal (4.10), through a 70 Hz Butterworth filter. If the friction was identified as
+/// Maxwell-slip, its elements replace (4.15).
 class PublishedDirection {
  public:
   static constexpr double kCutoffHz = 70.0;
@@ -20,7 +20,8 @@ class PublishedDirection {
 
   /// Starts a contact. Without a direction to start from, the whole reaction counts as normal.
   void begin(const hal::Vector3& reaction_n) noexcept;
-  /// Rig frame: reaction on the tool, motion of the tip since the last tick, `periods` ago, its velocity.
+  /// Takes, in the rig frame, the reaction on the tool, the motion of the tip since the last tick, `periods`
+  /// ago, and its velocity.
   void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
               const hal::Vector3& velocity_mm_per_s, double periods = 1.0) noexcept;
 

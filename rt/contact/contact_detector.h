@@ -8,7 +8,7 @@
 
 namespace hapticd::rt {
 
-/// Which force the threshold is applied to.
+/// Force to which the threshold is applied.
 enum class ContactMethod : std::uint8_t {
   kMatchedInertia,        ///< FreeMotionResidual: free motion leaves nothing behind
   kFilteredAcceleration,  ///< f_r of (3.4) as published: what the 50 Hz filter lags behind counts as contact
@@ -34,17 +34,17 @@ class ContactDetector {
   /// `rate_hz`: of the loop; what `parameters` count becomes so many of its ticks.
   ContactDetector(const ContactParameters& parameters, double rate_hz) noexcept;
 
-  /// `force_n`: what free motion leaves at zero. `depth_mm`: along the press axis, growing into the object;
-  /// from `contact_depth_mm`, where the present contact began. `uncertain_n`: by how much more than ε_f the
-  /// force must be for a contact to be declared. `may_begin`: false where this force cannot be that of an
-  /// object that is met. Returns the state after this tick.
+  /// Takes a tick. `force_n`: what free motion leaves at zero. `depth_mm`: along the press axis, growing into
+  /// the object; from `contact_depth_mm`, where the present contact began. `uncertain_n`: by how much more
+  /// than ε_f the force must be for a contact to be declared. `may_begin`: false if this force cannot be that
+  /// of an object that is met. Returns the state after this tick.
   bool update(double force_n, double depth_mm, double contact_depth_mm, double uncertain_n = 0.0,
               bool may_begin = true) noexcept;
-  /// In contact from this tick on: a contact law knows of an onset that was missed.
+  /// Declares contact from this tick on: a contact law knows of an onset that was missed.
   void declare() noexcept;
-  /// There was no object: free once the force has been within ε_f. A tool that bounces comes down before that
-  /// has lasted the arming time: what exceeds all that a sensor may read of nothing within 30 ms after the
-  /// force was within ε_f is a contact.
+  /// Withdraws the contact: there was no object, and the tip is free once the force has been within ε_f. A
+  /// tool that bounces comes down before that has lasted the arming time: what exceeds all that a sensor may
+  /// read without load within 30 ms after the force was within ε_f is a contact.
   void withdraw() noexcept;
   /// The object is gone from under the tip.
   void lose() noexcept;
@@ -58,12 +58,12 @@ class ContactDetector {
   ContactReason reason() const noexcept { return reason_; }
   /// Free, and known to be.
   bool is_free() const noexcept { return !in_contact_ && !is_waiting(); }
-  /// Not in contact, but no contact may be declared yet.
+  /// True while there is no contact, but none may be declared yet.
   bool is_waiting() const noexcept {
     return reason_ == ContactReason::kAwaitingFree || reason_ == ContactReason::kWithdrawn;
   }
-  /// True where what the sensor reads besides the tool, `force_n`, shows its zero: free and within ε_f, or
-  /// what was taken for a contact turned out to be none.
+  /// True if what the sensor reads besides the tool, `force_n`, shows its zero: free and within ε_f, or what
+  /// was taken for a contact turned out not to be one.
   bool zero_shows(double force_n) const noexcept {
     if (reason_ == ContactReason::kWithdrawn) return force_n < ZeroTracker::kMaxErrorN;
     return is_free() && ticks_disturbed_ == 0 && force_n < parameters_.threshold_n;
@@ -80,8 +80,9 @@ class ContactDetector {
   static constexpr double kRingingS =
       0.015;  ///< after an object threw the tip off, its force is none of contact
 
-  static constexpr std::uint32_t kFlightTicks = 2;  ///< within ε_f: one that crosses it is no flight
-  /// No longer than onsets are looked back for; what grows more slowly began where no one saw it.
+  static constexpr std::uint32_t kFlightTicks = 2;  ///< within ε_f: a force that crosses it does not count as
+                                                    ///< flight
+  /// Time, no longer than onsets are looked back for; what grows more slowly began unseen.
   static constexpr double kLandingS = 0.03;
 
   void release(ContactReason reason) noexcept;

@@ -18,9 +18,9 @@ struct EvidenceParameters {
   /// False renders every declared contact in full, as published: for comparisons only, no scene can ask for
   /// it.
   bool required = true;
-  /// F_0: what a sensor may read where nothing is: its zero, its cross-talk, a tool of another mass. Full
-  /// authority is reached at twice that. 0 = 0.1, or twice the threshold where that is more: steps of 50 mN
-  /// on three axes, and a little.
+  /// Largest force F_0 that a sensor may read without a load: its zero, its cross-talk, a tool of another
+  /// mass. Full authority is reached at twice that. 0 = 0.1, or twice the threshold if that is more: steps of
+  /// 50 mN on three axes, and a little.
   double unexplained_force_n = 0.0;
   /// An object yields no more than this lets it; what is softer is not distinguished from free air.
   double lowest_stiffness_n_per_mm = 0.02;
@@ -82,7 +82,7 @@ class ContactEvidence {
   double authority() const noexcept {
     return parameters_.required ? std::max(earned_, sloped_) * support_ : 1.0;
   }
-  /// The same without the slope, for what is added past max_force_n().
+  /// Authority without the slope, for what is added past max_force_n().
   double earned_authority() const noexcept { return parameters_.required ? earned_ * support_ : 1.0; }
   /// What may be rendered at most: kSlopeForceN on the slope alone, growing without bound as all is earned.
   double max_force_n() const noexcept {
@@ -97,7 +97,7 @@ class ContactEvidence {
   }
   /// False once nothing resists any more: the contact is to be ended.
   bool plausible() const noexcept { return plausible_ || !parameters_.required; }
-  /// True where it had been one: it has ended. False: it never was.
+  /// True if it had been one: it has ended. False: it never was.
   bool proven() const noexcept { return std::max(earned_, sloped_) > 0.0; }
 
  private:

@@ -12,14 +12,14 @@
 
 namespace hapticd::rt {
 
-/// Where a contact began. It is declared when the force is beyond doubt, a little after the tip touched;
-/// meanwhile the tip went deeper, and taking the place of declaration for the surface would make every
-/// displacement too small (0.1-0.3 mm on a soft object). So the recent past is kept, and searched for the
-/// last tick at which the force was still nothing. `Place` is a depth along the press axis or a point.
+/// Finds where a contact began. It is declared when the force is beyond doubt, a little after the tip
+/// touched; meanwhile the tip went deeper, and taking the place of declaration for the surface would make
+/// every displacement too small (0.1-0.3 mm on a soft object). So the recent past is kept, and searched for
+/// the last tick at which the force was still nothing. `Place` is a depth along the press axis or a point.
 ///
 /// The force is the mean of a time, FreeMotionResidual::prompt_force_n(), or noise of a single tick would
 /// bring a late place within what is quiet. Its place is that in the middle of that time, and a little
-/// before: of ticks that share most of their mean the last quiet one is quiet by chance. Where a mean is one
+/// before: of ticks that share most of their mean the last quiet one is quiet by chance. If a mean is one
 /// tick, both are of this tick.
 template <class Place>
 class BasicContactOnset {
@@ -52,11 +52,11 @@ class BasicContactOnset {
     return before(std::min(age + force_age_, oldest)).place_mm;
   }
 
-  /// When the contact began: where the straight line through the force of the last quiet tick and of what
-  /// came up to kFitS after it was zero. A hard touch is declared within a tick or two: then a force that
-  /// grows from zero within a tick, whose mean is what was read, says more (sudden_s()). It was not later
-  /// than the end of the first tick beyond `quiet_n`, and not earlier than this line would have needed to
-  /// hide that much twice.
+  /// Instant at which the contact began: where the straight line through the force of the last quiet tick and
+  /// of what came up to kFitS after it was zero. A hard touch is declared within a tick or two: then a force
+  /// that grows from zero within a tick, whose mean is what was read, says more (sudden_s()). It was not
+  /// later than the end of the first tick beyond `quiet_n`, and not earlier than this line would have needed
+  /// to hide that much twice.
   OnsetInstant instant(double quiet_n) const noexcept {
     if (filled_ == 0) return {};
     // An irregular clock may explain all of this force; it was declared all the same.
@@ -94,9 +94,10 @@ class BasicContactOnset {
  private:
   static constexpr double kSuddenShare = 0.25;  ///< of the first force beyond what is quiet
 
-  /// After the last quiet tick, `quiet` = 1 or 2 ticks ago. A force k (t - t_0) that begins e before the end
-  /// of a tick of length T has the mean k e²/2T there, and k (e + T/2) in the next one. Where there is one
-  /// only, it began anywhere within T, the part that is hidden in what is quiet before it.
+  /// Time from the last quiet tick, `quiet` = 1 or 2 ticks ago, to the beginning of the contact. A force
+  /// k (t - t_0) that begins e before the end of a tick of length T has the mean k e²/2T there, and k (e +
+  /// T/2) in the next one. If there is one only, it began anywhere within T, the part that is hidden in what
+  /// is quiet before it.
   double sudden_s(std::size_t quiet, double quiet_n) const noexcept {
     const Moment& first = before(quiet - 1);
     const double tick_s = 1e-9 * static_cast<double>(first.force_ns - before(quiet).force_ns);

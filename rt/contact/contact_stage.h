@@ -37,14 +37,14 @@ class BasicContactStage {
 
   /// Begins, holds and releases a contact by the force.
   void detect(const Input& now) noexcept;
-  /// In contact: ends it where nothing speaks for it, and counts what speaks for it.
+  /// Judges a contact: ends it if nothing speaks for it, and counts what does.
   void judge(const ContactEvidence::Observation& now, const TickInterval& interval) noexcept;
   /// A contact law knows of an onset that was missed.
   void declare(std::int64_t now_ns) noexcept {
     detector_.declare();
     onset_instant_ = {now_ns, 0, now_ns};
   }
-  /// What is felt is no object.
+  /// Withdraws the contact: what is felt is not an object.
   void withdraw() noexcept {
     detector_.withdraw();
     residual_.assume_free();
@@ -65,29 +65,29 @@ class BasicContactStage {
   bool in_contact() const noexcept { return detector_.in_contact(); }
   /// Share of the desired force that may be rendered, 0 … 1; 0 out of contact.
   double authority() const noexcept { return in_contact() ? evidence_.authority() : 0.0; }
-  /// The same without what a slope alone allows.
+  /// Authority without what a slope alone allows.
   double earned_authority() const noexcept { return in_contact() ? evidence_.earned_authority() : 0.0; }
-  /// False where every contact is rendered in full from its declaration on, as published.
+  /// False if every contact is rendered in full from its declaration on, as published.
   bool needs_evidence() const noexcept { return parameters_.evidence.required; }
   /// What may be rendered at most on the evidence so far; infinite once all is earned.
   double max_force_n() const noexcept { return evidence_.max_force_n(); }
   /// What a sensor may read in free air at most, whatever the hand does.
   double max_free_force_n() const noexcept { return evidence_.max_free_force_n(); }
-  /// Where a contact that has just been declared began.
+  /// Place at which a contact that has just been declared began.
   Value onset_mm() const noexcept;
-  /// When the present contact began, or the last. Its place is that of onset_mm() when it was declared.
+  /// Instant at which the present contact began, or the last. Its place is that of onset_mm() when it was
+  /// declared.
   const OnsetInstant& onset() const noexcept { return onset_instant_; }
   /// What the threshold is compared with.
   double force_n() const noexcept { return force_n_; }
-  /// True where what the sensor reads besides the tool, residual_n(), shows its zero.
+  /// True if what the sensor reads besides the tool, residual_n(), shows its zero.
   bool zero_shows() const noexcept {
     return parameters_.method == ContactMethod::kMatchedInertia && detector_.zero_shows(force_n_);
   }
   const Value& residual_n() const noexcept { return residual_.residual_n(); }
-  /// True where residual_n() is the zero's although it is beyond the threshold: it stays what it is in
-  /// motion.
+  /// True if residual_n() is the zero's although it is beyond the threshold: it stays what it is in motion.
   bool zero_shows_in_motion() const noexcept { return is_zero_; }
-  /// It has been waiting in motion for so long that the sensor's zero must be wrong.
+  /// True if it has been waiting in motion for so long that the sensor's zero must be wrong.
   bool waits_in_motion() const noexcept { return waiting_s_ > kWaitingS; }
 
  private:

@@ -96,7 +96,7 @@ void BasicFreeMotionResidual<Value>::fill(const Measurement& now, double step_s,
                          ? (mean - (from.position_mm - positions_.at(before_ns)) * (1.0 / before_s)) *
                                (2.0 / (step_s + before_s))
                          : Value{};
-  // Of a mean over all of it each step has its own share, so much younger.
+  // Each step has its own share of a mean over all of it, so much younger.
   const std::int64_t interval_ns = now.position_ns - from.position_ns;
   const std::int64_t force_age_ns =
       std::max<std::int64_t>(0, now.position_ns - now.force_ns - (interval_ns - interval_ns / steps) / 2);
@@ -120,7 +120,8 @@ Value BasicFreeMotionResidual<Value>::update(const Measurement& now, bool in_con
   if (samples_ == 0 || !(step_s >= 0.0) || step_s > TickInterval::kMaxFollowedS) [[unlikely]] {
     start(now);
   } else if (step_s * rate_hz_ < 0.25 || now.force_ns <= forces_.newest_ns()) {
-    return residual_n_;  // no motion shows in two reads almost at once; an old force is no new one
+    return residual_n_;  // no motion shows in two reads almost at once; an old force does not count as a new
+                         // one
   } else if (step_s * rate_hz_ >= 1.5) [[unlikely]] {
     fill(now, step_s, in_contact);
   } else {

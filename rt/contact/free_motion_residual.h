@@ -23,19 +23,19 @@ namespace hapticd::rt {
 /// two. j_0 is the jerk with which a motion may begin before the encoders see it: without it every brisk
 /// start would be taken for a contact.
 ///
-/// Force and position are measured at instants of their own; r is taken at the latest instant both reach, by
+/// Force and position are measured at different instants; r is taken at the latest instant both reach, by
 /// their ages. An interval longer than the period is stepped through, the tip on a parabola and the force at
 /// its mean. What that leaves uncertain is bounded by the jerk:
 ///
 ///   u = ½ m (j + j_0) (s - T) min(1, s/τ), s the interval, fading with τ as L forgets it
 ///
-/// It widens the dead zone, and the threshold that r is compared with.
+/// The bound widens the dead zone, and the threshold that r is compared with.
 ///
 /// `Value` is one number (along a press axis) or a vector of three (rig frame, gravity subtracted).
 template <class Value>
 class BasicFreeMotionResidual {
  public:
-  /// Of which prompt_force_n() takes the sensor's force: what one tick brings at 1 kHz.
+  /// Time of which prompt_force_n() takes the sensor's force: what one tick brings at 1 kHz.
   static constexpr double kPromptMeanS = 1e-3;
 
   BasicFreeMotionResidual(double tool_mass_g, double rate_hz) noexcept;
@@ -54,7 +54,7 @@ class BasicFreeMotionResidual {
   /// After a gap (TickInterval::is_gap) all of the force counts as residual. A tick that brings no new force,
   /// or follows another at once, changes nothing.
   Value update(const Measurement& now, bool in_contact) noexcept;
-  /// The same for a force that is the mean since the last tick, read with the position at `time_ns`.
+  /// Updates with a force that is the mean since the last tick, read with the position at `time_ns`.
   Value update(const Value& sensor_force_n, const Value& position_mm, std::int64_t time_ns,
                bool in_contact) noexcept;
   /// The next sample starts afresh; whatever it reads counts as residual.
@@ -62,7 +62,7 @@ class BasicFreeMotionResidual {
   /// The tool is known to be free now: what the filters still remember of the contact is dropped, and the
   /// present reading is taken for inertia.
   void assume_free() noexcept;
-  /// The same of the last sample alone: those before it came from before a gap.
+  /// Starts with the last sample alone: those before it came from before a gap.
   void start_free() noexcept;
 
   const Value& residual_n() const noexcept { return residual_n_; }

@@ -6,8 +6,8 @@
 namespace hapticd::rt {
 
 /// Notices a force that is a pull. As the tip leaves an object, a force that goes through zero and on in the
-/// reverse direction is no object: the surface sticks to the tip, or the sensor's zero was taken while the
-/// tool pressed. Such a force grows as that of a contact does, upside down, and must not be rendered.
+/// reverse direction is not an object's: the surface sticks to the tip, or the sensor's zero was taken while
+/// the tool pressed. Such a force grows as that of a contact does, upside down, and must not be rendered.
 class PullWatch {
  public:
   /// An object pushes with `force_n`, the tip is at `tip_mm`.

@@ -18,7 +18,7 @@ class ZeroTracker {
   static constexpr double kTimeS = 2.0;
   static constexpr double kForceRateNPerS = 2.5e-3;
   static constexpr double kTorqueRateNMmPerS = 0.15;  // the same force at the tip, 60 mm from the sensor
-  /// What reads more at rest is no zero.
+  /// Largest reading at rest that can be a zero.
   static constexpr double kMaxErrorN = 0.1;
 
   explicit ZeroTracker(double bound_n) noexcept : bound_n_(bound_n) {}
@@ -26,9 +26,9 @@ class ZeroTracker {
   /// One tick of a free tool: `error` is what the sensor read besides its zero and the tool's weight and
   /// inertia, sensor frame.
   void update(const SensorZero& error, const TickInterval& interval) noexcept;
-  /// The same where the reading is known to be the zero's, as fast as that may be taken over.
+  /// Takes over a reading that is known to be the zero's, as fast as that may be taken over.
   void take_over(const SensorZero& error, double n_per_s, const TickInterval& interval) noexcept;
-  /// True where the sample came under another bias than the one before: whatever the sensor reads counts.
+  /// True if the sample came under another bias than the one before: whatever the sensor reads counts.
   bool take_bias(std::uint32_t bias_serial) noexcept;
   /// Takes over what another scene has followed.
   void adopt(const FollowedZero& followed) noexcept { followed_ = followed; }

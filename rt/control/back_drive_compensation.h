@@ -17,16 +17,16 @@ class BasicBackDriveCompensation {
   static constexpr double kShare = 0.8;
   static constexpr double kTurnOverMm = 0.1;
 
-  /// Zero where the device's friction is unknown.
+  /// Makes a compensation; it gives zero if the device's friction is unknown.
   explicit BasicBackDriveCompensation(double friction_n) noexcept
       : device_friction_n_(friction_n), force_n_(kShare * friction_n) {}
 
-  /// Motion of the encoders since the last tick; returns the force to add to the command.
+  /// Takes the motion of the encoders since the last tick; returns the force to add to the command.
   Value update(const Value& step_mm) noexcept {
     direction_ = dahl_step(direction_, step_mm, kTurnOverMm);
     return direction_ * force_n_;
   }
-  /// The friction that stands against the motion, N, positive where the device moves forward.
+  /// Friction against the motion, N, positive where the device moves forward.
   Value friction_n() const noexcept { return direction_ * device_friction_n_; }
   void reset() noexcept { direction_ = Value{}; }
   bool is_on() const noexcept { return force_n_ > 0.0; }

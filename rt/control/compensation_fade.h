@@ -10,7 +10,7 @@ namespace hapticd::rt {
 inline constexpr double kCompensatedBelowNPerMm = 0.75 * kMaxTargetNPerMm;
 inline constexpr double kUncompensatedFromNPerMm = 0.95 * kMaxTargetNPerMm;
 
-/// How much of the reaction's lead and of the back-drive compensation acts at a target, 0 … 1. Both take
+/// Share of the reaction's lead and of the back-drive compensation that acts at a target, 0 … 1. Both take
 /// damping away: the lead what the loop's delay adds while it softens, the other the device's dry friction. A
 /// soft target can spare it. A stiff one cannot: rendered with a delay τ it takes k~ τ of damping itself, and
 /// a hand that a large change of the target set swinging would not come to rest.

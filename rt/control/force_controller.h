@@ -25,10 +25,10 @@ bool gains_are_stable(const ControllerParameters& parameters, double rate_hz) no
 /// The slowest controller: time constant T/Kp.
 inline constexpr double kMaxControllerTimeS = 0.02;
 
-/// True where the controller settles: it is stable, its slowest pole is within 1 - T/kMaxControllerTimeS
-/// (Kp ≥ T/20 ms without Kd'), and what alternates or swings - poles that are negative or complex - fades by
-/// a quarter each sample. So a step of the desired force is followed to 5 % within 60 ms and rings for no
-/// more than ten samples.
+/// True if the controller settles: it is stable, its slowest pole is within 1 - T/kMaxControllerTimeS (Kp ≥
+/// T/20 ms without Kd'), and what alternates or swings - poles that are negative or complex - fades by a
+/// quarter each sample. So a step of the desired force is followed to 5 % within 60 ms and rings for no more
+/// than ten samples.
 bool gains_settle(const ControllerParameters& parameters, double rate_hz) noexcept;
 
 /// f_c(k) = f_c(k-1) + Kp f_e(k) + Kd' (f_e(k) - f_e(k-1)), f_e = f~_d - f_c(k-1).   (3.6)
@@ -37,7 +37,7 @@ class ForceController {
   ForceController(const ControllerParameters& parameters, double rate_hz) noexcept;
 
   double update(double desired_force_n) noexcept;
-  /// What the device was really given: the observer's f_d for the next tick.
+  /// Takes what the device was really given: the observer's f_d for the next tick.
   void applied(double force_n) noexcept { device_force_n_ = force_n; }
   void reset() noexcept;
   double device_force_n() const noexcept { return device_force_n_; }

@@ -2,10 +2,10 @@
 
 namespace hapticd::rt {
 
-/// What a contact law makes of a normal force.
+/// Displacement that a contact law gives for a normal force.
 struct LawEstimate {
   double displacement_mm = 0.0;
-  double mm_per_n = 0.0;  ///< ∂x/∂f at this tick: what a newton of noise becomes
+  double mm_per_n = 0.0;  ///< ∂x/∂f at this tick: the error that a newton of noise causes
 };
 
 }  // namespace hapticd::rt

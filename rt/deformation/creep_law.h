@@ -8,13 +8,14 @@
 
 namespace hapticd::rt {
 
-/// A contact law for objects that densify, creep and recover slowly, where (4.22) fails (D§4.5.3, D§4.7.3):
+/// A contact law for objects that densify, creep and recover slowly, for which (4.22) fails (D§4.5.3,
+/// D§4.7.3):
 ///
 ///   x = Ψ(e),  e = w_0 f + Σ w_i L_i f,  w ≥ 0, Σ w = 1,
 ///
 /// L_i first-order lags of fixed retardation times. Ψ is any increasing curve. At constant force the object
-/// yields w_0 at once and the rest as it creeps; without force, what is left of e is how far the surface has
-/// not recovered yet.
+/// yields w_0 at once and the rest as it creeps; without force, what is left of e shows how far the surface
+/// has still to recover.
 ///
 /// Written from force to displacement, so that there is nothing to invert: e is a weighted mean of present
 /// and past forces, never beyond their extremes whatever they do, and Ψ is read off in constant time.
@@ -34,9 +35,9 @@ class CreepLaw {
  public:
   CreepLaw(const CreepParameters& parameters, double rate_hz) noexcept;
 
-  /// `periods` of the loop under this normal force (negative counts as none).
+  /// Advances by `periods` of the loop under this normal force (negative counts as none).
   LawEstimate update(double normal_force_n, double periods = 1.0) noexcept;
-  /// The object has forgotten everything.
+  /// Forgets all past forces.
   void reset() noexcept { lagged_n_ = {}; }
   /// Ψ and its slope.
   LawEstimate curve(double effective_force_n) const noexcept;

@@ -7,7 +7,7 @@
 
 namespace hapticd::rt {
 
-/// The one way of finding the deformation direction that a scene composed in.
+/// Method by which a scene finds the deformation direction.
 class Direction {
  public:
   explicit Direction(const TrackedDirection& tracked) noexcept : path_(tracked) {}
@@ -16,7 +16,8 @@ class Direction {
   void begin(const hal::Vector3& reaction_n) noexcept {
     std::visit([&](auto& way) { way.begin(reaction_n); }, path_);
   }
-  /// Rig frame: reaction on the tool, motion of the tip since the last tick, `periods` ago, its velocity.
+  /// Takes, in the rig frame, the reaction on the tool, the motion of the tip since the last tick, `periods`
+  /// ago, and its velocity.
   void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
               const hal::Vector3& velocity_mm_per_s, double periods = 1.0) noexcept {
     std::visit([&](auto& way) { way.update(reaction_n, step_mm, velocity_mm_per_s, periods); }, path_);

@@ -12,7 +12,7 @@
 
 namespace hapticd::rt {
 
-/// The contact law of a scene; none where the displacement is found without.
+/// The contact law of a scene; none if the displacement is found without.
 using ContactLaw = std::variant<std::monostate, CreepLaw, HuntCrossleyParameters>;
 
 /// (4.21): the particle that was touched, followed along the surface. Needs no law, and drifts.
@@ -26,34 +26,35 @@ struct InverseDisplacement {
   ButterworthLowPass filter;
 };
 
-/// The one way of finding the displacement that a scene composed in, with its law. In contact it estimates;
-/// out of contact it counts on along the last normal, to know where the surface was.
+/// Method by which a scene finds the displacement, with its contact law. Estimates in contact; out of contact
+/// it goes on counting along the last normal, to know where the surface was.
 class Displacement {
  public:
   using Way = std::variant<FusedDisplacement, InverseDisplacement, RecursiveDisplacement>;
 
   Displacement(const Way& way, const ContactLaw& law) noexcept : path_(way), law_(law) {}
 
-  /// A contact begins that was seen to begin at `began_mm`; the tip is at `tip_mm` by now.
+  /// Begins a contact that was seen to begin at `began_mm`; the tip is at `tip_mm` by now.
   /// `below_threshold_n`: force that may have gone unnoticed before.
   void begin(const hal::Vector3& began_mm, const hal::Vector3& tip_mm, const hal::Vector3& normal,
              double below_threshold_n) noexcept;
-  /// A contact that no one saw begin: the law says how deep the tip is.
+  /// Begins a contact whose beginning was not seen: the law says how deep the tip is.
   void begin_unseen(const hal::Vector3& tip_mm, double normal_n) noexcept;
-  /// One tick in contact. The step is taken along the normal *before* this tick's: what turned the normal
-  /// must not count as way, or an encoder that dithers would add up.
+  /// Advances by one tick in contact. The step is taken along the normal *before* this tick's: a turn of the
+  /// normal must not count as path, or an encoder that dithers would add up.
   void update(const hal::Vector3& tip_mm, const hal::Vector3& step_mm, const hal::Vector3& normal_before,
               const hal::Vector3& normal, double normal_n, double rate_mm_per_s,
               const TickInterval& interval) noexcept;
-  /// One tick out of contact: `path_mm` into the object, and a force that may yet turn out to be a contact.
+  /// Advances by one tick out of contact: `path_mm` into the object, and a force that may yet turn out to be
+  /// a contact.
   void rest(double path_mm, double unexplained_n, const TickInterval& interval) noexcept;
   void reset() noexcept;
 
   bool has_law() const noexcept { return !std::holds_alternative<std::monostate>(law_); }
   double displacement_mm() const noexcept { return displacement_mm_; }
-  /// What the law alone makes of the force.
+  /// Estimate of the law alone.
   const LawEstimate& by_law() const noexcept { return by_law_; }
-  /// As the filter sees it; 0 where there is none.
+  /// Deviation as the filter sees it; 0 if there is none.
   double deviation_mm() const noexcept;
 
  private:

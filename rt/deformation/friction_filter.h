@@ -10,33 +10,34 @@
 namespace hapticd::rt {
 
 /// The friction's part of the Kalman filter in TrackedDirection: the friction coefficient φ as a vector along
-/// the sliding, its variance and its covariance with the normal, isotropic in the tangent plane. One class
-/// for each law of what builds up; all have the functions of DahlFilter.
+/// the sliding, its variance and its covariance with the normal, isotropic in the tangent plane. There is one
+/// class for each friction law; all have the functions of DahlFilter.
 
-/// How the tip moved across the normal.
+/// Motion of the tip across the normal.
 struct FrictionSlide {
   hal::Vector3 slide_mm;  ///< by the encoders
-  double path_mm = 0.0;   ///< of it, what pressing does not explain
+  double path_mm = 0.0;   ///< part of it that pressing does not explain
   double share = 1.0;     ///< 0 … 1: how surely the encoders distinguish it from their rounding
 };
 
-/// φ by Dahl's law: one state. Its way only grows, so that encoder counts back and forth would add up: of
-/// slow motion it takes the share that is sure.
+/// φ by Dahl's law: one state. The slip distance only grows, so encoder counts back and forth would add up:
+/// of slow motion the filter takes only the share that is certain.
 class DahlFilter {
  public:
-  /// Relative standard deviation of the presliding distance, at least: friction does not build up over the
-  /// same distance everywhere, and of each turn the encoders miss a part of the way.
+  /// Least relative standard deviation of the presliding distance: friction does not build up over the same
+  /// distance everywhere, and the encoders miss a part of each turn.
   static constexpr double kMinPreslidingError = 0.5;
 
   explicit DahlFilter(const FrictionParameters& friction) noexcept : friction_(friction) {}
 
-  /// Nothing built up, known to `variance`, all of which the normal shares.
+  /// Begins with no friction built up, known to `variance`, all of which the normal shares.
   void begin(double variance) noexcept;
-  /// Slid on in the plane across `normal`. `level_error`: standard deviation of friction that slides;
-  /// `blind_variance`: what may have changed unseen meanwhile.
+  /// Predicts φ after a slide in the plane across `normal`. `level_error`: standard deviation of friction
+  /// that slides; `blind_variance`: what may have changed unseen meanwhile.
   void predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
                double blind_variance) noexcept;
-  /// `innovation` of the reaction's direction, of variance `total`; `normal` is the corrected one.
+  /// Corrects by the `innovation` of the reaction's direction, of variance `total`; `normal` is the corrected
+  /// one.
   void correct(const hal::Vector3& innovation, const hal::Vector3& normal, double normal_gain,
                double total) noexcept;
   void scale(double share) noexcept { coefficient_ = coefficient_ * share; }
@@ -55,11 +56,11 @@ class DahlFilter {
 
 /// φ by Maxwell-slip elements: one state each, φ their sum. What sliding shows an element that slips it
 /// does not show of one that still stretches, so each has its own variance and covariances; a correction goes
-/// to the elements that are uncertain. Counts back and forth cancel, so slow motion counts in full. Of fixed
-/// size; predict() and correct() take some 0.2 µs.
+/// to the elements that are uncertain. Counts back and forth cancel, so slow motion counts in full. The size
+/// is fixed; predict() and correct() take some 0.2 µs.
 class MaxwellSlipFilter {
  public:
-  /// `friction` has elements.
+  /// Needs a `friction` that has elements.
   explicit MaxwellSlipFilter(const FrictionParameters& friction) noexcept;
 
   void begin(double variance) noexcept;
@@ -89,7 +90,7 @@ class MaxwellSlipFilter {
   double covariance_ = 0.0;
 };
 
-/// The one that the friction asks for.
+/// Filter for the law that the friction has.
 class FrictionFilter {
  public:
   explicit FrictionFilter(const FrictionParameters& friction) noexcept

@@ -25,7 +25,7 @@ void FusedDisplacement::update(double path_mm, double slide_mm, const LawEstimat
                                   law_error_ticks_ / std::max(periods, kMinPeriods) * model_mm * model_mm;
   const double gain = variance_mm2_ / (variance_mm2_ + law_variance_mm2);
   displacement_mm_ += gain * (law.displacement_mm - displacement_mm_);
-  // While the law sees a force there is no negative displacement, whatever the way added up to.
+  // While the law sees a force there is no negative displacement, whatever the path added up to.
   if (law.displacement_mm > 0.0) displacement_mm_ = std::max(0.0, displacement_mm_);
   variance_mm2_ = std::max(min_variance_mm2_, variance_mm2_ * (1.0 - gain));
 }

@@ -6,24 +6,25 @@ namespace hapticd::rt {
 
 /// Displacement from two sources that fail at opposite ends. The path of the tip along the normal is exact
 /// from the contact instant and drifts as soon as the tip slides, by the error of the direction; a contact
-/// law does not drift, but is noisy at small force ((4.23): k~x/(m f) newtons per newton) and wrong by a few
-/// per cent always. Both variances are known at each tick, so a scalar Kalman filter weighs them:
+/// law does not drift, but is noisy at small force ((4.23): k~x/(m f) newtons per newton) and always wrong by
+/// a few per cent. Both variances are known at each tick, so a scalar Kalman filter weighs them:
 ///
 ///   x⁻ = x - Δp·u,        P⁻ = P + θ² ℓ |Δp_t|
 ///   x  = x⁻ + g (x_law - x⁻),  g = P⁻/(P⁻ + R),  R = (∂x/∂f σ_f)² + (τ/T)(ε x + x_0)²
 ///
-/// θ is the error of the direction, which stays much the same over a way ℓ; ε the law's own error, which
-/// stays the same for a time τ and so counts as one reading in τ/T. g is in (0, 1): the estimate is between
-/// the two for whatever they say.
+/// θ is the error of the direction, which stays much the same over a path ℓ; ε the law's own error, which
+/// stays the same for a time τ and so counts as one reading in τ/T. g is in (0, 1): the estimate is always
+/// between the two.
 class FusedDisplacement {
  public:
   /// `law_error`: ε; `force_noise_n`: σ_f.
   FusedDisplacement(double law_error, double force_noise_n, double rate_hz) noexcept;
 
-  /// The tip is this deep, known within `deviation_mm`. A contact that was not seen to begin has no way that
-  /// could be trusted more than `min_deviation_mm` later on: there the law goes on to be followed.
+  /// Begins with the tip at this depth, known within `deviation_mm`. A contact whose beginning was not seen
+  /// has no path that could be trusted to better than `min_deviation_mm` later on: there the estimate goes on
+  /// following the law.
   void begin(double displacement_mm, double deviation_mm, double min_deviation_mm = 0.0) noexcept;
-  /// `path_mm`: -Δp·u, into the object; `slide_mm`: |Δp_t|; `periods` of the loop since the last.
+  /// Advances by `path_mm`: -Δp·u, into the object; `slide_mm`: |Δp_t|; `periods` of the loop since the last.
   void update(double path_mm, double slide_mm, const LawEstimate& law, double periods = 1.0) noexcept;
 
   double displacement_mm() const noexcept { return displacement_mm_; }
@@ -34,7 +35,7 @@ class FusedDisplacement {
   static constexpr double kDirectionPathMm = 5.0;     // ℓ
   static constexpr double kLawErrorTimeS = 0.05;      // τ
   static constexpr double kLawOffsetMm = 0.05;        // x_0
-  static constexpr double kMinPeriods = 0.05;         // a reading that comes almost at once is hardly one
+  static constexpr double kMinPeriods = 0.05;         // a reading that comes almost at once hardly counts
 
   double law_error_;
   double law_error_ticks_;

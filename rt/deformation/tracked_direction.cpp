@@ -24,7 +24,7 @@ void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
   friction_n_ = {};
   gathered_ = 0;
   touching_s_ = 0.0;
-  // What the first reaction shows is the normal less whatever friction there is.
+  // The first reaction shows the normal, less whatever friction there is.
   const double force_n = std::max(norm(reaction_n), kMinForceN);
   const double friction_variance = 0.1 * friction_.kinetic * friction_.kinetic;
   friction_state_.begin(friction_variance);
@@ -62,11 +62,11 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
                           stuck * kinetic * kinetic * (interval_s / kStuckTimeS));
   const double turn_rad =
       (path_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * interval_s;
-  // The same a second, whatever the interval; stated for one of kUpdateS.
+  // The same per second, whatever the interval; the constants are stated for kUpdateS.
   const double updates = std::max(interval_s, 0.05 * kUpdateS) * (1.0 / kUpdateS);
   normal_variance_ = std::min(normal_variance_ + turn_rad * turn_rad / updates, 1.0);
 
-  // What the reaction shows: u - φ, its length reported by f_n.
+  // The reaction shows u - φ: it is divided by f_n.
   const hal::Vector3 without_viscous_n = reaction_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm;
   const hal::Vector3& coefficient = friction_state_.coefficient();
   const double normal_n =

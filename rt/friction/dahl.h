@@ -42,15 +42,15 @@ inline DahlSensitivity dahl_sensitivity(double kept, double exponent) noexcept {
 ///   z⁺ = s + (z - s) u⁺/u,  s = Δx/|Δx|;  with α = 1: z⁺ = s + (z - s) exp(-|Δx|/δ).
 /// (4.14) counts the way since the last reset although it starts from the present friction; this counts the
 /// step's own. As a convex combination it never leaves |z| ≤ 1, needs no reset at zero velocity, does not
-/// move at Δx = 0 for however long, and is defined at zero load. A step that is no number moves nothing.
+/// move at Δx = 0 for however long, and is defined at zero load. A step that is not a number moves nothing.
 inline double dahl_step(double z, double slide_mm, double presliding_mm, double exponent = 1.0) noexcept {
   if (!(std::abs(slide_mm) > 0.0)) return z;
   const double s = std::copysign(1.0, slide_mm);
   return s + (z - s) * dahl_decay_factor(1.0 - s * z, std::abs(slide_mm), presliding_mm, exponent);
 }
 
-/// The same in the tangent plane: z points along the sliding that built it up. With dz/dl = (s - z) u^(i-1)/δ
-/// the share u = 1 - s·z follows the very equation of the scalar, and z - s shrinks with it.
+/// Dahl's step in the tangent plane: z points along the sliding that built it up. With dz/dl = (s - z)
+/// u^(i-1)/δ the share u = 1 - s·z follows the very equation of the scalar, and z - s shrinks with it.
 inline hal::Vector3 dahl_step(const hal::Vector3& z, const hal::Vector3& slide_mm, double presliding_mm,
                               double exponent = 1.0) noexcept {
   const double path_mm = norm(slide_mm);

@@ -13,13 +13,13 @@ enum class FrictionLaw : std::uint8_t {
 };
 
 /// Friction of a tip on a surface: f_t = μ_k f_n z + μ_b v with z, |z| ≤ 1, the share of sliding friction
-/// that has built up: by Dahl's law, or by that of Maxwell-slip elements where there are any.
+/// that has built up: by Dahl's law, or by that of Maxwell-slip elements if there are any.
 struct FrictionParameters {
   double kinetic = 0.0;             ///< μ_k
   double presliding_mm = 0.0;       ///< δ = f_c / σ: way over which z builds up; unused by Coulomb-viscous
   double viscous_n_s_per_mm = 0.0;  ///< μ_b
   double exponent = 1.0;  ///< of Dahl's equation (4.12), 0 … 3: 1 approaches f_c for ever, less gets there
-  /// In the place of Dahl's law, for a solid tip; `kinetic` and `presliding_mm` are then theirs together.
+  /// Law in place of Dahl's, for a solid tip; `kinetic` and `presliding_mm` are then theirs together.
   std::optional<MaxwellSlipParameters> maxwell_slip{};
   double presliding_relative_error = 0.0;  ///< standard deviation over δ, as identified; 0 = not known
 };

@@ -21,7 +21,7 @@ struct MaxwellSlipParameters {
     for (std::size_t i = 0; i < kElements; ++i) sum += reach_mm[i] * stiffness_per_mm[i];
     return sum;
   }
-  /// Over this distance friction would reach its level if it went on rising as at first; 0 without elements.
+  /// Distance over which friction would reach its level if it went on rising as at first; 0 without elements.
   double presliding_mm() const noexcept {
     double slope_per_mm = 0.0;
     for (std::size_t i = 0; i < kElements; ++i) {
@@ -39,7 +39,7 @@ class MaxwellSlip {
  public:
   explicit MaxwellSlip(const MaxwellSlipParameters& parameters) noexcept : parameters_(parameters) {}
 
-  /// Friction against the motion over the normal force after sliding on by `slide_mm`; a step that is no
+  /// Friction against the motion over the normal force after sliding on by `slide_mm`; a step that is not a
   /// number moves nothing.
   double step(double slide_mm) noexcept {
     if (std::isnan(slide_mm)) slide_mm = 0.0;
@@ -60,7 +60,7 @@ class MaxwellSlip {
 
 /// One element's stretch after a slide in the tangent plane: an element that slips returns radially to its
 /// reach, so that its stretch is never longer and, sliding on in one direction, comes to point along it. A
-/// slide that is no number or endless moves nothing.
+/// slide that is not a number, or infinite, moves nothing.
 inline hal::Vector3 maxwell_slip_step(const hal::Vector3& stretch_mm, const hal::Vector3& slide_mm,
                                       double reach_mm) noexcept {
   const hal::Vector3 pulled_mm = stretch_mm + slide_mm;

@@ -18,7 +18,8 @@ enum class FaultAction : std::uint8_t {
   kCut,         ///< zero from this very tick on
 };
 
-/// Who ends what a fault began. However it ends, force comes back from zero over GuardLimits::resume_ramp_s.
+/// Event that ends what a fault began. However it ends, force comes back from zero over
+/// GuardLimits::resume_ramp_s.
 enum class FaultClearing : std::uint8_t {
   kItself,     ///< over when its cause is
   kAnyClient,  ///< latched until someone clears (SafetyService.Clear), and refused while the cause lasts

@@ -9,8 +9,8 @@
 namespace hapticd::rt {
 
 namespace {
-/// False for NaN and infinity, and for numbers that are no measurement: one of 1e300 would poison a filter
-/// for seconds.
+/// Returns false for NaN and infinity, and for numbers that no sensor measures: one of 1e300 would poison a
+/// filter for seconds.
 bool sane(const hal::Vector3& v) noexcept {
   constexpr double kAbsurd = 1e4;  // 10 m, 10 kN, 10 N·m
   return std::abs(v.x) < kAbsurd && std::abs(v.y) < kAbsurd && std::abs(v.z) < kAbsurd;
@@ -34,13 +34,13 @@ FaultSet faults_in(std::uint32_t sample_status) noexcept {
   return set;
 }
 
-/// Of a limit in ms; one that is set stays one, and an absurd one fits.
+/// Converts a limit in ms; one that is set stays one, and an absurd one fits.
 std::int64_t in_ns(double ms) noexcept {
   constexpr double kMaxMs = 1e12;
   return ms > 0.0 ? std::max<std::int64_t>(1, static_cast<std::int64_t>(1e6 * std::min(ms, kMaxMs))) : 0;
 }
 
-/// From one instant to a later one; `instead_s` where time was at rest or went back.
+/// Time from one instant to a later one; `instead_s` if time was at rest or went back.
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns, double instead_s) noexcept {
   return to_ns > from_ns ? 1e-9 * static_cast<double>(to_ns - from_ns) : instead_s;
 }

@@ -20,8 +20,9 @@ struct GuardLimits {
   double max_power_w = 2.0;  ///< force · velocity into the hand; 2 W is a brisk push (4 N at 0.5 m/s)
   double sensor_stale_after_ms = 2.0;  ///< age of the newest force sample that latches; 0 = no sensor needed
   double resume_ramp_s = 0.5;          ///< authority 0 → 1 after a clear
-  double fall_ramp_s = 0.1;  ///< authority 1 → 0 where a fault lets force fall instead of cutting it
-  /// Between two ticks, by the rig's time, before the force that stood meanwhile is cut; 0 = any.
+  double fall_ramp_s = 0.1;            ///< authority 1 → 0 if a fault lets force fall instead of cutting it
+  /// Time between two ticks, by the rig's clock, after which the force that stayed on meanwhile is cut; 0 =
+  /// any.
   double loop_gap_ms = 50.0;
   /// What is rendered is a real object's, so there is force only where the sensor bears a load. Follows from
   /// the scene's kind (resolve()); no key sets it.
@@ -60,8 +61,9 @@ class [[nodiscard]] Admission {
 /// Free air. A scene that modulates a real object has no more force than the load watch allows, whatever its
 /// pipeline wants:
 ///
-///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force that
-///                             stood, so that nothing is cut off in a hand; it is there 20 ms after the contact.
+///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force
+///                             before, so that nothing is cut off in a hand; it is there 20 ms after the
+///                             contact.
 ///   a jump is suspected       no more than kFreeAirN, or than there was before.
 ///   only a noted step is      none after 14 ms.
 ///   read
@@ -79,15 +81,15 @@ class Guard {
  public:
   /// A component below this is exactly zero: nothing decays to denormal numbers.
   static constexpr double kTraceN = 1e-12;
-  /// What one tick counts at most for a ramp that lets force rise: a gap is no ramp.
+  /// Longest time that one tick counts for a ramp that lets force rise: a gap does not count as a ramp.
   static constexpr double kMaxRampStepS = 0.01;
-  /// What may stand where the sensor bears nothing.
+  /// Force that is allowed while the sensor bears nothing.
   static constexpr double kFreeAirN = 0.3;
-  /// Within that time after the last load that was seen: what is seen is late by some milliseconds, and all
-  /// together takes no more than 20 ms.
+  /// Time after the last load that was seen at which the bound has come down: what is seen is late by some
+  /// milliseconds, and all together takes no more than 20 ms.
   static constexpr double kFreeAirS = 0.014;
   static constexpr double kProvenRiseS = 0.05;
-  /// From then on the bound comes down.
+  /// Time after the last load that was seen at which the bound begins to come down.
   static constexpr double kFreeAirFromS = 0.005;
 
   Guard(const GuardLimits& limits, double rate_hz) noexcept;
@@ -103,7 +105,8 @@ class Guard {
 
   /// A fault that shows in no sample and is over at once, such as a stop. Reported with the next tick.
   void raise(GuardFault fault) noexcept;
-  /// Those that show in no sample and last, such as a table that has stalled: present until set otherwise.
+  /// Sets the faults that show in no sample and last, such as a table that has stalled: present until set
+  /// otherwise.
   void set_standing(FaultSet faults) noexcept { standing_ = faults; }
   /// True when the latch was left: no fault that takes the force away may be present.
   bool clear() noexcept;
@@ -123,7 +126,7 @@ class Guard {
   bool force_is_zero() const noexcept { return holds_back() && authority_ == 0.0; }
   /// Measured time from the sample before to the one last admitted.
   double interval_s() const noexcept { return interval_s_; }
-  /// The same where something rises over time: bounded by kMaxRampStepS.
+  /// Interval for what rises over time: bounded by kMaxRampStepS.
   double rise_interval_s() const noexcept { return std::min(interval_s_, kMaxRampStepS); }
 
  private:
@@ -136,9 +139,9 @@ class Guard {
   /// Does what the table says about the faults of a set.
   void apply_faults(FaultSet faults) noexcept;
   void update_authority() noexcept;
-  /// What free air allows of a pipeline's force: infinite where the sensor bears a load.
+  /// What free air allows of a pipeline's force: infinite while the sensor bears a load.
   double max_in_free_air_n() const noexcept;
-  /// Within magnitude and power; adds to `limited` what was needed.
+  /// Force within magnitude and power; adds to `limited` what was needed.
   hal::Vector3 within_bounds(hal::Vector3 force_n, double max_force_n, std::uint8_t& limited) const noexcept;
 
   GuardLimits limits_;
@@ -159,7 +162,7 @@ class Guard {
   hal::Vector3 wanted_n_;
   double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
   double proven_share_ = 0.0;  ///< since the zero is proven
-  double loaded_n_ = 0.0;      ///< what stood of it when a load was seen last
+  double loaded_n_ = 0.0;      ///< its size when a load was seen last
   PushSpeed speed_;
   OscillationMonitor oscillation_;
   hal::Vector3 last_position_mm_;

@@ -232,7 +232,7 @@ bool LoadWatch::shows_load(const Load& now) const noexcept {
   const double error = kMassError + (mass_g > 0.0 ? parameters_.mass_error_g / mass_g : 0.0);
   const double least_n = kLoadN + now.unseen_n + error * peak_inertia_n_;
   if (size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kUnseenMmPerS2)) return true;
-  // Where the acceleration is not known, a free tool may have a hand's; what was pressed still is.
+  // If the acceleration is not known, a free tool may have a hand's; what was pressed still is.
   if (now.is_inertia_unknown && unloaded_s_ > kPressedS) {
     return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
   }

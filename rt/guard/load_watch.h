@@ -11,12 +11,12 @@ namespace hapticd::rt {
 
 /// What the load watch needs to know of the tool.
 struct LoadWatchParameters {
-  double tool_mass_g = 0.0;          ///< beyond the sensor; its weight and inertia are no load
+  double tool_mass_g = 0.0;          ///< beyond the sensor; its weight and inertia are not counted as a load
   hal::Quaternion sensor_to_tool{};  ///< rotates sensor coordinates into the tool's; length 1
   /// What the sensor's zero contains of the tool's weight, sensor frame.
   hal::Vector3 weight_in_zero_n{};
   bool knows_weight_in_zero = false;  ///< false: that of the orientation in which it is read first
-  double mass_error_g = 0.0;          ///< by which the tool may be heavier or lighter: its inertia is no load
+  double mass_error_g = 0.0;          ///< by which the tool may be heavier or lighter: its inertia is not counted as a load
   double compliance_mm_per_n = 0.0;   ///< of the device behind its encoders; 0: rigid
 };
 
@@ -39,9 +39,9 @@ struct LoadWatchParameters {
 ///
 ///   step        |s| ≥ kStepN (kLoadedStepN under load), s the offset between the straight lines through
 ///               kBefore slots before and kAfter slots after two slots; both fit within kFlatShare |s|, with
-///               the same slope, and the reading itself has changed by most of it between them. Not one where
-///               nothing is read any more afterwards: then a load has gone; nor, under load, between slots of
-///               uneven length: a late clock samples a contact unevenly.
+///               the same slope, and the reading itself has changed by most of it between them. It does not
+///               count if nothing is read any more afterwards: then a load has gone; nor, under load, between
+///               slots of uneven length: a late clock samples a contact unevenly.
 ///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
 ///               is something to press. As long as nothing but that step is read any more, the reading shows no
 ///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back
@@ -63,7 +63,7 @@ struct LoadWatchParameters {
 ///               A mean that points elsewhere is what was, not what is.
 ///               |r| > kLoadN + m kUnseenMmPerS2 is one at once.
 ///
-/// Below kLoadN the zero is followed, no faster than kFollowNPerS; one that has just been taken over, in
+/// The zero is followed below kLoadN, no faster than kFollowNPerS; one that has just been taken over, in
 /// motion, within half a second. A step with which the tip loses half of its speed is an impact. NaN never
 /// gets here: such samples are unfit. After an unfit sample or a gap the slots start again and the zero is
 /// kept. All state is bounded: nothing grows with time.
@@ -75,7 +75,7 @@ class LoadWatch {
   static constexpr double kRecedeMm = 2.0;
   static constexpr double kProofMm = 3.0;
   static constexpr double kFollowNPerS = 0.01;  ///< cooling motors and a drifting sensor are slower
-  static constexpr double kMaxJumpN = 6.0;      ///< more is no zero that is taken over
+  static constexpr double kMaxJumpN = 6.0;      ///< a larger one is not taken over as a zero
 
   /// Another tool changes what its weight reads as, not the zero.
   void set_parameters(const LoadWatchParameters& parameters) noexcept;
@@ -96,7 +96,7 @@ class LoadWatch {
   bool shows_only_noted() const noexcept { return noted_slots_ > kLeftSlots; }
   /// Whether anything is touched is not known, and no reading counts.
   bool is_waiting() const noexcept { return is_waiting_; }
-  /// The same after a jump.
+  /// Whether it waits because of a jump.
   bool has_jumped() const noexcept { return has_jumped_; }
   /// What is to be taken off the reading, sensor frame.
   const hal::Vector3& jump_n() const noexcept { return jump_n_; }
@@ -180,7 +180,7 @@ class LoadWatch {
   void jump(const hal::Vector3& by_n) noexcept;
   bool has_even_slots(double& former_s, double& latter_s) const noexcept;
   void suspect() noexcept;
-  /// None of the last ones is much longer than the others.
+  /// Returns true if none of the last slots is much longer than the others.
   bool are_even(std::size_t slots) const noexcept;
   bool find_step() noexcept;
   /// The tip was stopped by what made the reading step.
@@ -190,7 +190,7 @@ class LoadWatch {
   /// The stretch shows free air.
   bool is_proven() const noexcept;
   void take_over(const hal::Vector3& zero_n) noexcept;
-  /// While waiting after a jump: ends it where the reading grows with the way.
+  /// Ends the wait after a jump if the reading grows with the way.
   void look_for_object(const Load& load, const hal::Quaternion& to_rig) noexcept;
 
   LoadWatchParameters parameters_{};
@@ -240,7 +240,7 @@ class LoadWatch {
   hal::Vector3 stretch_tip_mm_;
   hal::Vector3 stretch_sum_n_;  ///< of what is left of it without inertia
   std::uint32_t stretch_slots_ = 0;
-  hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero where there is none
+  hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero if there is none
   double lowest_mm_ = 0.0;      ///< along it
   std::uint32_t jump_count_ = 0;
   hal::Vector3 last_jump_n_;

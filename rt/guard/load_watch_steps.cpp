@@ -70,7 +70,7 @@ bool LoadWatch::find_step() noexcept {
   if (was_loaded) step_n = step_n - (slope_after + slope_before) * (0.5 * kApart);
   const double size_n = norm(step_n);
   if (size_n < (was_loaded ? kLoadedStepN : kStepN)) return false;
-  // Two lines that are steep may miss each other where nothing stepped: an arm that swings.
+  // Two steep lines may miss each other although nothing stepped, as on an arm that swings.
   if (dot(reading(kAfter - 1) - reading(kAfter + 2), step_n) < kSeenShare * size_n * size_n) return false;
   const double flat_n = kFlatN + kFlatShare * size_n;
   // An orientation that jumps, not the sensor.

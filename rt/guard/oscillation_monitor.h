@@ -32,8 +32,8 @@ class OscillationMonitor {
   static constexpr std::int64_t kWindowNs = 500'000'000;
   static constexpr double kEnergyMj = 0.2;
 
-  /// `force_n` stood while the tip moved by `step_mm`, until `time_ns`. True: it oscillates; starts over
-  /// then.
+  /// Takes a force that was applied while the tip moved by `step_mm`, until `time_ns`. True: it oscillates;
+  /// starts over then.
   bool update(const hal::Vector3& force_n, const hal::Vector3& step_mm, std::int64_t time_ns) noexcept {
     energy_mj_ += dot(force_n, step_mm);
     const hal::Vector3 reach_n = farthest_n_ - turn_n_;

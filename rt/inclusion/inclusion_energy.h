@@ -39,7 +39,7 @@ InclusionShare share_at(const InclusionParameters& inclusion, const Indentation&
 /// response is; across it -E ∂A/∂s, away from the sphere. Never pulls along the normal.
 hal::Vector3 energy_force_n(const InclusionParameters& inclusion, const Indentation& at) noexcept;
 
-/// Force on the tip by (5.4) to (5.7). Nothing where the tip is at the sphere's centre.
+/// Force on the tip by (5.4) to (5.7). Nothing if the tip is at the sphere's centre.
 hal::Vector3 published_force_n(const InclusionParameters& inclusion, const Indentation& at) noexcept;
 
 /// d_t (6.1): where the sphere has moved. (6.2) is solved exactly by d_t = d/2, once what is left of its

@@ -20,7 +20,7 @@ enum class InclusionVariant : std::uint8_t {
 struct InclusionParameters {
   InclusionVariant variant = InclusionVariant::kEnergy;
   /// Identified model that place, response, attenuation and approach are to be taken from; empty once they
-  /// are, or where they are given.
+  /// are, or if they are given.
   std::string model{};
   hal::Vector3 place_mm;    ///< p_t, of its centre without load
   hal::Vector3 surface_mm;  ///< p_ts, the nearest point of the surface without load
@@ -34,14 +34,14 @@ struct InclusionParameters {
   double internal_friction = 0.0;  ///< of the sphere in the tissue, over the force that it adds
   double internal_presliding_mm = 0.3;
 
-  /// It is to lie so far from there, x and y of its surface point; zero once it does. Around this point on a
-  /// round object.
+  /// Distance at which it is to lie from there, x and y of its surface point; zero once it does. Around this
+  /// point on a round object.
   std::array<double, 2> moved_mm{};
   std::optional<hal::Vector3> object_centre_mm{};
 };
 
-/// Everything finite and in range: l_0 from 2 to 200 mm, exponents 1 … 4 and 2 … 12, β 0 … 0.9, friction
-/// 0 … 1. The error names the key, after `prefix`.
+/// Checks that all is finite and in range: l_0 from 2 to 200 mm, exponents 1 … 4 and 2 … 12, β 0 … 0.9,
+/// friction 0 … 1. The error names the key, after `prefix`.
 std::optional<hal::Error> check(const InclusionParameters& inclusion, const std::string& prefix,
                                 const std::string& where);
 

@@ -18,7 +18,7 @@ class RenderedInclusions {
   hal::Vector3 update(const Indentation& at) noexcept;
   void reset() noexcept;
 
-  /// Of the one that adds most: its number and where its centre is.
+  /// Number of the inclusion that adds most.
   std::size_t strongest() const noexcept { return strongest_; }
   const hal::Vector3& strongest_place_mm() const noexcept { return strongest_place_mm_; }
   const hal::Vector3& force_n() const noexcept { return force_n_; }

@@ -176,7 +176,8 @@ EngineOutcome Engine::execute(const EngineCommand& command, std::chrono::nanosec
     mailbox_.push(
         static_cast<std::uint32_t>(slot - slots_.data()));  // as large as there are slots: never full
   }
-  // The loop may not wake us (that is a system call), so we look. Short naps: the answer is a tick away.
+  // The loop may not wake us (that is a system call), so we look. The poll interval is short: the answer is a
+  // tick away.
   const Clock::time_point deadline = Clock::now() + timeout;
   while (slot->state.load(std::memory_order_acquire) != Slot::kDone) {
     if (Clock::now() >= deadline) {

@@ -39,7 +39,7 @@ struct EngineCommand {
   GuardLimits guard;               ///< kExchangeScene
   AssistanceSpec assistance;       ///< kExchangeScene
   GuideMotion guide;               ///< kBeginGuide
-  bool when_exchangeable = false;  ///< nor before Renderer::free(): out of contact
+  bool when_exchangeable = false;  ///< nor before Renderer::can_exchange_scene()
   /// The state of control it was admitted under, see Engine::set_lease(); 0 = the daemon's own command.
   std::uint64_t lease = 0;
 };
@@ -63,7 +63,7 @@ struct EngineOutcome {
   PresentationSummary presentation;  ///< kBeginPresentation: its number; kEndPresentation: all
 };
 
-/// Stands between the loop's thread and all others. The loop calls on_tick(); everyone else calls execute()
+/// Connects the loop's thread with all others. The loop calls on_tick(); every other thread calls execute()
 /// and stop(), and one thread reads the records. No side ever waits for a lock of the other.
 class Engine final : public hal::TickHandler {
  public:
@@ -75,23 +75,23 @@ class Engine final : public hal::TickHandler {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// In virtual time: by how many ticks the loop is ahead of an observer at most.
+  /// Maximum number of ticks by which the loop is ahead of an observer in virtual time.
   static constexpr std::size_t kMaxObserverLead = 256;
 
   // Before the loop runs.
-  /// The scene to start with, in force from the first tick on. The caller keeps ownership.
+  /// Sets the scene to start with, in force from the first tick on. The caller keeps ownership.
   void preload(Pipeline* pipeline, const GuardLimits& guard, const AssistanceSpec& assistance = {}) noexcept {
     renderer_.exchange(pipeline, guard, assistance);
   }
 
-  // The thread that owns the clock.
+  // Does a tick, on the thread that owns the clock.
   hal::DeviceCommand on_tick(const hal::RigSample& sample) noexcept override;
   /// Times to be reported with the next record.
   void note_timing(const TickTiming& timing) noexcept { timing_ = timing; }
   /// Performs the commands that are due at this sample; a tick does so, too.
   void take_commands(const hal::RigSample& sample) noexcept;
   bool is_observed() const noexcept { return observed_.load(std::memory_order_acquire); }
-  /// Without room, the next tick's record or observation is lost.
+  /// False without room: the next tick's record or observation is lost.
   bool has_room_for_record() noexcept { return records_.claim() != nullptr; }
   bool has_room_for_observation() noexcept { return observations_.claim() != nullptr; }
 
@@ -101,48 +101,48 @@ class Engine final : public hal::TickHandler {
   EngineOutcome execute(const EngineCommand& command, std::chrono::nanoseconds timeout);
   /// Latches the guard at the next tick. Never blocks, never fails.
   void stop() noexcept { raise(GuardFault::kStopped); }
-  /// Any other fault that shows in no sample: it counts at the next tick, and is over.
+  /// Raises any other fault that shows in no sample: it counts at the next tick, and is over.
   void raise(GuardFault fault) noexcept { raised_.fetch_or(set_of(fault), std::memory_order_acq_rel); }
-  /// One that lasts: present from the next tick on until it is set to be over.
+  /// Sets a fault that lasts: present from the next tick on until it is set to be over.
   void set_standing(GuardFault fault, bool present) noexcept {
     present ? standing_.fetch_or(set_of(fault), std::memory_order_acq_rel)
             : standing_.fetch_and(~set_of(fault), std::memory_order_acq_rel);
   }
 
-  /// Force is permitted until this time of the rig: from then on the fault kEndpointMissing is present, also
-  /// where no other thread of the process runs any more. At first there is no such time.
+  /// Permits force until this time of the rig: from then on the fault kEndpointMissing is present, even if no
+  /// other thread of the process runs any more. At first there is no such time.
   void set_permit_until(std::int64_t time_ns) noexcept {
     permit_until_ns_.store(time_ns, std::memory_order_release);
   }
 
-  /// Control changes hands: commands that were admitted under a lower number take no effect any more, from
-  /// the tick after the present one on, however long they have been waiting. The numbers of changes rise; one
-  /// that comes after a higher one changes nothing. Never blocks.
+  /// Sets a new state of control: commands that were admitted under a lower number take no effect any more,
+  /// from the tick after the present one on, however long they have been waiting. The numbers of changes
+  /// rise; one that comes after a higher one changes nothing. Never blocks.
   void set_lease(std::uint64_t number) noexcept {
     std::uint64_t before = lease_.load(std::memory_order_relaxed);
     while (before < number && !lease_.compare_exchange_weak(before, number, std::memory_order_seq_cst)) {
     }
   }
 
-  /// The last tick that was completed and the rig's time of it; how a caller turns a time into a tick.
+  /// Last tick that was completed and the rig's time of it; from these a caller turns a time into a tick.
   std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
   std::int64_t last_time_ns() const noexcept { return last_time_ns_.load(std::memory_order_acquire); }
 
-  /// Renderer::free() after the last tick; by the next one it may be otherwise.
+  /// Renderer::can_exchange_scene() after the last tick; by the next one it may be otherwise.
   bool can_exchange_scene() const noexcept { return can_exchange_.load(std::memory_order_acquire); }
 
   // One other thread at a time.
-  /// The record of the last completed tick, at least that of last_tick(); all zero before the first.
+  /// Record of the last completed tick, at least that of last_tick(); all zero before the first.
   const TickRecord& latest_record() noexcept { return latest_.fetch(); }
 
-  // The one thread that drains telemetry.
+  // Pops a record; for the one thread that drains telemetry.
   bool pop_record(TickRecord& record) noexcept { return records_.pop(record); }
   /// Records lost because the ring was full.
   std::uint64_t records_dropped() const noexcept { return records_dropped_.load(std::memory_order_relaxed); }
 
   // The one thread that observes, if any.
-  /// From the next tick on every tick is handed on whole, or none is. Off at first: a loop without an
-  /// observer pays nothing for it. What was not popped before it is switched on is thrown away.
+  /// Hands on every tick whole from the next one on, or none. Off at first: a loop without an observer pays
+  /// nothing for it. What was not popped before it is switched on is thrown away.
   void observe(bool on) noexcept;
   bool pop_observation(Observation& observation) noexcept { return observations_.pop(observation); }
 
@@ -157,7 +157,7 @@ class Engine final : public hal::TickHandler {
     std::atomic<std::uint32_t> state{kFree};
   };
 
-  /// Control changed hands since the command was admitted.
+  /// True if control changed hands since the command was admitted.
   bool is_stale(const EngineCommand& command) const noexcept;
   void perform(Slot& slot, const hal::RigSample& sample) noexcept;
   Slot* acquire_slot();

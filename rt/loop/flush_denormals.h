@@ -8,10 +8,10 @@
 
 namespace hapticd::rt {
 
-/// While it lives, the calling thread computes with zero where a result or an operand would be a denormal
+/// Makes the calling thread, while it lives, compute with zero if a result or an operand would be a denormal
 /// number (below 2.2e-308). A filter whose input went to zero decays to such numbers and stays there; each
 /// operation on one takes a hundred cycles on many processors. Puts back what was before: a vendor's thread
-/// is not ours. Nothing on processors other than x86-64 and ARM 64.
+/// is not ours. Does nothing on processors other than x86-64 and ARM 64.
 class FlushDenormals {
  public:
   FlushDenormals() noexcept : before_(read()) {
@@ -23,7 +23,7 @@ class FlushDenormals {
   FlushDenormals(const FlushDenormals&) = delete;
   FlushDenormals& operator=(const FlushDenormals&) = delete;
 
-  /// True where it has an effect.
+  /// True if it has an effect.
   static constexpr bool works() noexcept { return kFlush != 0; }
 
  private:

@@ -19,10 +19,9 @@ struct LatencySnapshot {
 
   /// Upper edge of the bucket that holds the quantile (0 … 1); 0 when nothing was recorded.
   std::int64_t quantile_ns(double quantile) const noexcept;
-  /// What was recorded since `earlier`, a snapshot of the same histogram. The maximum stays that of the
-  /// whole.
+  /// Counts since `earlier`, a snapshot of the same histogram. The maximum stays that of the whole.
   LatencySnapshot since(const LatencySnapshot& earlier) const noexcept;
-  /// The greatest value that falls into the bucket; the least is one more than the bucket before it has.
+  /// Greatest value that falls into the bucket; the least is one more than the bucket before it has.
   static std::int64_t upper_edge_ns(std::size_t bucket) noexcept;
 };
 

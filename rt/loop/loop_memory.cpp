@@ -14,8 +14,8 @@ namespace hapticd::rt {
 
 namespace {
 
-/// What a tick calls: the program and the libraries that every C++ program has. A vendor's library of a
-/// device is loaded before, and calls more; its name is not known here.
+/// True for what a tick calls: the program and the libraries that every C++ program has. A vendor's library
+/// of a device is loaded before, and calls more; its name is not known here.
 bool is_of_the_tick(std::string_view path) {
   if (path.empty()) return true;  // the program
   const std::string_view name = path.substr(path.rfind('/') + 1);

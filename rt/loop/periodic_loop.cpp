@@ -193,7 +193,7 @@ void PeriodicLoop::run_paced() noexcept {
   rig_.write(hal::DeviceCommand{});
 }
 
-// A scheduler that died, or was never there, is no reason to end: the device may be plugged in again.
+// A scheduler that died, or was never there, does not end the loop: the device may be plugged in again.
 void PeriodicLoop::run_by(hal::ServoClock& clock) {
   constexpr std::chrono::milliseconds kPollInterval{10};
   constexpr int kPollsBetweenAttempts = 100;

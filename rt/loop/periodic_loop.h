@@ -29,9 +29,9 @@ struct LoopConfig {
       true;  ///< hold /dev/cpu_dma_latency at 0: without it an idle core wakes tens of µs late
 };
 
-/// When in a period the ticks of this process are due: in its middle half, between the kernel's own ticks,
-/// which come at full milliseconds and take some 15 µs. Daemons on one machine differ, so that they do not
-/// wait for one another.
+/// Time within a period at which the ticks of this process are due: in its middle half, between the kernel's
+/// own ticks, which come at full milliseconds and take some 15 µs. Daemons on one machine differ, so that
+/// they do not wait for one another.
 std::int64_t tick_phase_ns(std::int64_t process, std::int64_t period_ns) noexcept;
 
 hal::Result<LoopConfig> validate(const LoopConfig& config);
@@ -39,7 +39,7 @@ hal::Result<LoopConfig> validate(const LoopConfig& config);
 /// Everything measured about the loop, as one copy.
 struct LoopStatistics {
   LatencySnapshot jitter;  ///< by how much the time between two ticks' beginnings differed from a period
-  LatencySnapshot timer;   ///< how late the kernel woke the thread; nothing where a device's scheduler calls
+  LatencySnapshot timer;   ///< how late the kernel woke the thread; nothing if a device's scheduler calls
   LatencySnapshot wakeup;  ///< how late a tick began; what the timer was late by, less what it was set early
   LatencySnapshot compute;
   LatencySnapshot device;
@@ -51,11 +51,11 @@ struct LoopStatistics {
   std::uint64_t clock_losses = 0;  ///< how often a device's scheduler died, or could not be started
 };
 
-/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. Where a
-/// device's scheduler calls, the ticks run in the scheduler's thread, and ours only watches over it: then
-/// that one is given the priority and the CPU, in the first call of every run, and ours stays ordinary. Ticks
-/// are due tick_phase_ns() after each whole period of CLOCK_MONOTONIC; a period that was missed is skipped
-/// and counted, never caught up in a burst. Runs without privileges too, and says what it lacks.
+/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. If a device's
+/// scheduler calls, the ticks run in the scheduler's thread, and ours only watches over it: then that one is
+/// given the priority and the CPU, in the first call of every run, and ours stays ordinary. Ticks are due
+/// tick_phase_ns() after each whole period of CLOCK_MONOTONIC; a period that was missed is skipped and
+/// counted, never caught up in a burst. Runs without privileges too, and says what it lacks.
 class PeriodicLoop final : private hal::ServoBody {
  public:
   PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);
@@ -69,14 +69,14 @@ class PeriodicLoop final : private hal::ServoBody {
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
 
   LoopStatistics statistics() const noexcept;
-  /// Nothing before the first tick, and where the rig has a time of its own.
+  /// Last reading of the rig; nothing before the first tick, and on a rig with its own time.
   std::optional<RigReading> last_reading() const noexcept { return last_reading_.get(); }
-  /// That of statistics(), for those who look often.
+  /// Clock losses, as in statistics(), for frequent readers.
   std::uint64_t clock_losses() const noexcept { return clock_losses_.load(std::memory_order_relaxed); }
-  /// What was asked for but not granted, each with its remedy. Once start() has returned it is complete, but
-  /// for what a device's scheduler lacks: that shows from its first tick on.
+  /// Requests that were not granted, each with its remedy. Complete once start() has returned, but for what a
+  /// device's scheduler lacks: that shows from its first tick on.
   std::vector<std::string> shortcomings() const;
-  /// The thread that ticks; 0 before its first tick.
+  /// Id of the thread that ticks; 0 before its first tick.
   pid_t ticking_thread() const noexcept { return ticking_thread_.load(std::memory_order_acquire); }
 
  private:
@@ -87,11 +87,12 @@ class PeriodicLoop final : private hal::ServoBody {
   void run_paced() noexcept;
   /// Sleeps, then waits awake for what is left. Returns when it is over.
   std::int64_t await(std::int64_t time_ns) noexcept;
-  /// Until it is asked to stop; a device whose scheduler has died is engaged again, once a second.
+  /// Runs until it is asked to stop; a device whose scheduler has died is engaged again, once a second.
   void run_by(hal::ServoClock& clock);
   /// Called by a device's own scheduler.
   void on_servo() noexcept override;
-  /// Read, compute, write; reported when it was due and when it began. Returns when the next one is due.
+  /// Reads, computes and writes for the tick that was due at `deadline_ns`, on a thread that woke at
+  /// `woken_ns`. Returns when the next one is due.
   std::int64_t tick(std::int64_t deadline_ns, std::int64_t woken_ns) noexcept;
 
   hal::Rig& rig_;

@@ -18,7 +18,7 @@ struct RigReading {
 /// it in the middle tries again.
 class LastRigReading {
  public:
-  /// The loop's thread only.
+  /// Publishes a reading; for the loop's thread only.
   void publish(const RigReading& reading) noexcept {
     const std::uint64_t version = version_.load(std::memory_order_relaxed);
     version_.store(version + 1, std::memory_order_relaxed);

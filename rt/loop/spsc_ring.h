@@ -22,8 +22,8 @@ class SpscRing {
       : mask_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity) - 1),
         slots_(std::make_unique<T[]>(mask_ + 1)) {}
 
-  /// Producer only: the place of the next element, to be made there and handed over by publish(); it holds
-  /// what an earlier element left. nullptr when full.
+  /// Claims the place of the next element, to be made there and handed over by publish(); it holds what an
+  /// earlier element left. nullptr when full. Producer only.
   T* claim() noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - cached_tail_ > mask_) {
@@ -33,12 +33,12 @@ class SpscRing {
     return &slots_[head & mask_];
   }
 
-  /// Producer only: hands over what was made in the place claim() gave.
+  /// Hands over what was made in the place that claim() gave. Producer only.
   void publish() noexcept {
     head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
-  /// Producer only. False, and nothing stored, when full.
+  /// Pushes an element; false, and nothing stored, when full. Producer only.
   bool push(const T& value) noexcept {
     T* const place = claim();
     if (place == nullptr) return false;
@@ -47,7 +47,7 @@ class SpscRing {
     return true;
   }
 
-  /// Consumer only. False when empty.
+  /// Pops an element; false when empty. Consumer only.
   bool pop(T& value) noexcept {
     const T* oldest = front();
     if (oldest == nullptr) return false;
@@ -56,7 +56,7 @@ class SpscRing {
     return true;
   }
 
-  /// Consumer only: the oldest unread, which stays there until discard(); nullptr when empty.
+  /// Oldest unread element, which stays there until discard(); nullptr when empty. Consumer only.
   const T* front() noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == cached_head_) {
@@ -66,7 +66,7 @@ class SpscRing {
     return &slots_[tail & mask_];
   }
 
-  /// Consumer only: drops what front() showed.
+  /// Drops what front() showed. Consumer only.
   void discard() noexcept {
     tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }

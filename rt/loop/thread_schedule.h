@@ -7,7 +7,7 @@
 
 namespace hapticd::rt {
 
-/// Why a thread does not run as it was asked to: values of errno, 0 where it does.
+/// Why a thread does not run as it was asked to: values of errno, 0 if it does.
 struct ScheduleShortfall {
   int cpu = 0;
   int priority = 0;
@@ -23,7 +23,7 @@ struct ThreadSchedule {
   int fifo_priority = 0;  ///< 0 = ordinary scheduling
   std::vector<int> cpus;  ///< that it may run on
 };
-/// Nothing where there is no such thread.
+/// Schedule of a thread; nothing if there is no such thread.
 std::optional<ThreadSchedule> schedule_of(pid_t thread);
 
 }  // namespace hapticd::rt

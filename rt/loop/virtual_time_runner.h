@@ -10,7 +10,7 @@ namespace hapticd::rt {
 /// Engine::kMaxObserverLead ticks late, independently of how fast either thread runs. A reader that does not
 /// come within its timeout is waited for no more; an observer is again once it was switched off and on.
 ///
-/// Not for a rig in real time: it sleeps in the tick's thread.
+/// Runs a rig in virtual time. Unfit for a rig in real time: it sleeps in the tick's thread.
 class VirtualTimeRunner final : public hal::TickHandler {
  public:
   explicit VirtualTimeRunner(Engine& engine) noexcept : engine_(engine) {}

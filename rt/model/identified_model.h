@@ -39,7 +39,7 @@ struct ToolModel {
   /// Identity of the sensor's zero that force_bias_n and torque_bias_n_mm were found under; none = unknown.
   /// Under any other zero they mean nothing.
   std::optional<std::string> found_under_bias{};
-  /// Of that mass from the tip, tool frame; none where the tool was not turned enough to determine it.
+  /// Centre of that mass from the tip, tool frame; none if the tool was not turned enough to determine it.
   std::optional<hal::Vector3> tip_to_centre_mm{};
 };
 
@@ -66,7 +66,7 @@ struct InclusionModel {
   double attenuation = 6.0;         ///< how it falls off, see InclusionParameters
   double approach = 0.5;
 
-  /// As scenes render it; what was not identified keeps its default.
+  /// Parameters as scenes render them; what was not identified keeps its default.
   InclusionParameters rendered(double max_displacement_mm) const {
     InclusionParameters inclusion;
     inclusion.place_mm = place_mm;
@@ -87,7 +87,7 @@ struct EstimatedParameter {
   double standard_error = 0.0;  ///< one sigma; infinite while the data do not determine it
 };
 
-/// Where a model may be trusted; zeros = not applicable.
+/// Range in which a model may be trusted; zeros = not applicable.
 struct ValidityRange {
   double max_displacement_mm = 0.0;
   double max_speed_mm_per_s = 0.0;
@@ -101,7 +101,7 @@ using ModelContent = std::variant<ContactModel, FrictionModel, StructuralModel, 
 struct IdentifiedModel {
   ModelContent content;
   std::string object;          ///< what was touched; empty for models of the rig alone
-  std::string device;          ///< DeviceInfo::model; empty where a recording does not show
+  std::string device;          ///< DeviceInfo::model; empty if a recording does not show
   std::string sensor;          ///< SensorInfo::model
   std::string procedure;       ///< how, in words
   std::string data_reference;  ///< what it was fitted to: a recording's name and hash, or the session's
@@ -114,14 +114,14 @@ struct IdentifiedModel {
 /// "contact", "friction", "structural_stiffness", "tool", "threshold", "gains" or "inclusion".
 const char* kind_name(const ModelContent& content) noexcept;
 
-/// The friction of a FrictionModel as scenes render it: with the relative error of its presliding distance,
-/// as its parameters list it, at most 10.
+/// Friction of a FrictionModel as scenes render it: with the relative error of its presliding distance, as
+/// its parameters list it, at most 10.
 FrictionParameters rendered_friction(const IdentifiedModel& model);
 
-/// Whether it is of an object, and not of the rig.
+/// True if it is of an object, and not of the rig.
 bool is_of_object(const ModelContent& content) noexcept;
 
-/// Everything finite and inside the range it is made for; the error names the key and the limit.
+/// Checks that all is finite and inside the range it is made for; the error names the key and the limit.
 std::optional<hal::Error> check(const IdentifiedModel& model);
 
 }  // namespace hapticd::rt

@@ -32,17 +32,17 @@ struct ObjectModel {
 };
 
 /// Force over displacement at this force (> 0), in N/mm, once the object has settled: by the creep law, else
-/// by Hunt-Crossley's; none where the model has neither.
+/// by Hunt-Crossley's; none if the model has neither.
 std::optional<double> stiffness_n_per_mm(const ObjectModel& model, double force_n);
 
-/// Maxwell-slip elements, where there are any, finite and in range, their level that of the friction; the
-/// error names the key, after `prefix`.
+/// Checks that Maxwell-slip elements, if there are any, are finite and in range, their level that of the
+/// friction; the error names the key, after `prefix`.
 std::optional<hal::Error> check_maxwell_slip(const FrictionParameters& friction, const std::string& prefix,
                                              const std::string& where);
 
-/// Everything finite and inside the range its laws are made for: exponent 1 … 3, K from 1e-4 to 1e3, a curve
-/// that rises from zero, weights ≥ 0; Maxwell-slip elements (of a rod only) whose level is the friction's
-/// own. The error names the model and the key.
+/// Checks that all is finite and inside the range its laws are made for: exponent 1 … 3, K from 1e-4 to 1e3,
+/// a curve that rises from zero, weights ≥ 0; Maxwell-slip elements (of a rod only) whose level is the
+/// friction's own. The error names the model and the key.
 std::optional<hal::Error> check(const ObjectModel& model);
 
 }  // namespace hapticd::rt

@@ -14,7 +14,7 @@ double StructuralModel::stiffness_at(const hal::Vector3& position_mm) const noex
   // Far outside the places tapped at the polynomial means nothing: held within a factor of two.
   const double relative = relative_compliance(position_mm);
   constexpr double kMin = 1.0 / kMaxRatio;
-  // A place that is no number is as stiff as any: no field makes a deflection infinite.
+  // A place that is not a number is as stiff as any: no field makes a deflection infinite.
   return stiffness_n_per_mm / (relative > kMaxRatio ? kMaxRatio : relative > kMin ? relative : kMin);
 }
 

@@ -10,7 +10,7 @@ namespace hapticd::rt {
 ///   c(p) = c_0 (1 + g·q + q·H q),  q = p - centre,
 /// with H's upper triangle (xx, yy, zz, xy, xz, yz); a constant one has g = 0 and H = 0.
 struct StructuralModel {
-  /// Of what stiffness_at() makes of any place, to that of the centre and back.
+  /// Maximum ratio of what stiffness_at() makes of any place to that of the centre, and back.
   static constexpr double kMaxRatio = 2.0;
 
   double stiffness_n_per_mm = 0.0;  ///< 1/c_0, at the centre
@@ -19,7 +19,7 @@ struct StructuralModel {
   std::array<double, 6> curvature_per_mm2{};    ///< H
   hal::Vector3 covered_from_mm, covered_to_mm;  ///< where taps were taken
 
-  /// At the tip's place; within a factor of kMaxRatio of the centre's, whatever the place.
+  /// Stiffness at the tip's place; within a factor of kMaxRatio of the centre's, whatever the place.
   double stiffness_at(const hal::Vector3& position_mm) const noexcept;
   /// c(p)/c_0 as the polynomial has it, without bounds.
   double relative_compliance(const hal::Vector3& position_mm) const noexcept;

@@ -10,9 +10,9 @@ namespace hapticd::rt {
 /// sinusoids in the acceleration of the grip, as large as the impact was fast, less what the object gives by
 /// itself (Kuchenbecker 2006: acceleration matching).
 ///
-/// It begins when the contact's evidence first allows a force, and is scaled by what is left of that: where
-/// nothing is touched nothing is felt. It is fixed once it has begun: no loop is closed, so it cannot make a
-/// contact unstable. Bounds, by its scale alone, so that its shape stays:
+/// The transient begins when the contact's evidence first allows a force, and is scaled by what is left of
+/// that: in free air nothing is felt. Once begun it is fixed: no loop is closed, so it cannot make a contact
+/// unstable. Bounds, by its scale alone, so that its shape stays:
 ///   force    max_force_n, and its change within half of what the guard lets pass
 ///   energy   ½ m v² of device, tool and grip at the impact: no more than the impact brought
 ///   time     100 ms, the last 20 of them fading; none within kQuietS after a contact, a bounce is one impact
@@ -36,14 +36,14 @@ class ContactTransient {
     TickInterval interval;
   };
 
-  /// Force to add to the command. Nothing for what is no number.
+  /// Force to add to the command. Zero for an input that is not a number.
   hal::Vector3 update(const Input& now) noexcept;
   void reset() noexcept;
 
   bool is_running() const noexcept { return is_running_; }
   double force_n() const noexcept { return force_n_; }  ///< along the normal
   double impact_mm_per_s() const noexcept { return impact_mm_per_s_; }
-  /// Of the amplitude that was asked for, 0 … 1: what the bounds left.
+  /// Share of the amplitude that was asked for, 0 … 1: what the bounds left.
   double amplitude_share() const noexcept { return share_; }
   std::uint32_t count() const noexcept { return count_; }
 

@@ -48,7 +48,7 @@ void FrictionModulation::follow_axis(const hal::Vector3& slide_mm, const hal::Ve
 }
 
 void FrictionModulation::follow_fade(double speed_mm_per_s, double s) noexcept {
-  // Slow motion has no sign of its own: encoders count back and forth.
+  // The sign of a slow motion means nothing: encoders count back and forth.
   const bool slides = std::abs(speed_mm_per_s) > kFadeSpeedMmPerS;
   const bool turned = slides && speed_mm_per_s * last_along_ < 0.0;
   if (slides) last_along_ = std::copysign(1.0, speed_mm_per_s);

@@ -53,14 +53,14 @@ class FrictionModulation {
     TickInterval interval;
   };
 
-  /// Force to add on the tip, in the tangent plane. Nothing for what is no number.
+  /// Force to add on the tip, in the tangent plane. Zero for an input that is not a number.
   hal::Vector3 update(const Input& now) noexcept;
-  /// Out of contact.
+  /// Rests: the tip is out of contact.
   void rest() noexcept;
 
   /// s in force, after all bounds; 1 = friction as it is.
   double scale() const noexcept { return scale_; }
-  /// True where the target asks for more or less than the bounds give.
+  /// True if the target asks for more or less than the bounds give.
   bool is_bounded() const noexcept { return is_bounded_; }
   const hal::Vector3& force_n() const noexcept { return force_n_; }
 

@@ -13,7 +13,8 @@ struct FrictionTarget {
   std::optional<double> coefficient;  ///< at the hand: tangential over normal force while sliding
 };
 
-/// One of the two, in range: scale 0.15 … 3, coefficient 0.02 … 3. The error names the key, after `prefix`.
+/// Checks that one of the two is set, and in range: scale 0.15 … 3, coefficient 0.02 … 3. The error names the
+/// key, after `prefix`.
 std::optional<hal::Error> check(const FrictionTarget& target, const std::string& prefix,
                                 const std::string& where);
 

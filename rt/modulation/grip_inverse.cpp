@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMmPerM = 1e3;
 
-/// Of hand, object and tip's mass: force over displacement of the tip.
+/// Impedance of hand, object and tip's mass: force over displacement of the tip.
 std::complex<double> tip_impedance(const GripPlant& p, std::complex<double> s) {
   return p.tip_mass_kg * s * s + p.grip_n_s_per_m * s + p.grip_n_per_m;
 }

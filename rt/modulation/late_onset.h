@@ -5,7 +5,7 @@
 
 namespace hapticd::rt {
 
-/// A contact is rendered from where there is evidence of it, some tenths of a millimetre after it began. What
+/// A contact is rendered from the first evidence of it on, some tenths of a millimetre after it began. What
 /// the target's force is ahead of the reaction there would be felt as a step, or as a slope of several times
 /// the target's. So it is taken off, and fades in:
 ///
@@ -16,7 +16,8 @@ namespace hapticd::rt {
 ///           bounces. A target softer than what is touched is rendered at once (δ is never below 0): that
 ///           makes the slope less steep.
 ///   hold    D fades with kHoldS: a hold ends exact.
-///   bound   what a bound of the force holds back joins δ, so what comes after the bound is no step either.
+///   bound   what a bound of the force holds back joins δ, so what comes after the bound makes no step
+///   either.
 ///
 /// Exact for any target law, as it goes by forces. δ is never more than the target's force.
 class LateOnset {
@@ -25,11 +26,12 @@ class LateOnset {
   static constexpr double kHoldS = 0.2;
   static constexpr double kHoldMmPerS = 3.0;  ///< slower is a hold
 
-  /// No contact, or a new one.
+  /// Resets: no contact, or a new one.
   void reset() noexcept { *this = {}; }
   bool has_begun() const noexcept { return has_begun_; }
 
-  /// One tick: the target's force, with the reaction in the tick in which rendering begins. Returns δ, N.
+  /// Advances by one tick: the target's force, with the reaction in the tick in which rendering begins.
+  /// Returns δ, N.
   double update(double target_n, double reaction_n, double speed_mm_per_s, double s) noexcept {
     target_n_ = std::max(0.0, target_n);
     if (!has_begun_) {
@@ -41,7 +43,7 @@ class LateOnset {
     }
     return missing_n();
   }
-  /// The target's force is rendered by `more_n` less than asked for.
+  /// Makes the target's force `more_n` less than asked for.
   void hold_back(double more_n) noexcept { begin_with(missing_n() + more_n); }
   double missing_n() const noexcept { return std::clamp(late_n_ - kFadeShare * target_n_, 0.0, target_n_); }
 

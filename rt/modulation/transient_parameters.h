@@ -25,8 +25,8 @@ struct GripDynamics {
   double grip_mass_g = 49.0;    ///< what moves with the tip except the tool: sensor and fingers
   double grip_stiffness_n_per_mm = 0.5;
   double grip_damping_n_s_per_mm = 4e-3;
-  /// Of the object under the tip. 0: that of a linear target, else of the object's model at 1 N; without
-  /// either it counts as soft.
+  /// Stiffness of the object under the tip. 0: that of a linear target, else of the object's model at 1 N;
+  /// without either it counts as soft.
   double object_stiffness_n_per_mm = 0.0;
 };
 
@@ -46,8 +46,8 @@ struct TransientParameters {
 /// more than six ticks. 150 Hz at 1 kHz.
 double highest_transient_hz(double rate_hz) noexcept;
 
-/// In range: frequency 10 Hz … highest_transient_hz(), decay 30 … 1000 1/s, gain 0 … 1000 1/s, forces and
-/// masses; the error names the key, after `prefix`.
+/// Checks the ranges: frequency 10 Hz … highest_transient_hz(), decay 30 … 1000 1/s, gain 0 … 1000 1/s,
+/// forces and masses; the error names the key, after `prefix`.
 std::optional<hal::Error> check(const TransientParameters& transient, double rate_hz,
                                 const std::string& prefix, const std::string& where);
 

@@ -37,18 +37,18 @@ class TransientWaveform {
 
   TransientWaveform(const TransientParameters& transient, const GripPlant& plant, double rate_hz);
 
-  /// From the beginning.
+  /// Begins again.
   void restart() noexcept;
-  /// So many ticks on; beyond the end it stays there.
+  /// Goes on by `ticks`; beyond the end it stays there.
   void advance(std::uint32_t ticks) noexcept;
   bool is_over() const noexcept { return tick_ >= end_tick_; }
-  /// N for an impact of 1 mm/s, positive out of the object.
+  /// Force for an impact of 1 mm/s, N, positive out of the object.
   double force_n() const noexcept;
 
-  /// Of an impact of 1 mm/s.
+  /// Peak force of an impact of 1 mm/s.
   double peak_force_n() const noexcept { return peak_force_n_; }
   double peak_change_n() const noexcept { return peak_change_n_; }  ///< within a tick
-  /// The most energy that the motors have given at any time, mJ; grows with the square of the speed.
+  /// Greatest energy that the motors have given at any time, mJ; grows with the square of the speed.
   double peak_energy_mj() const noexcept { return peak_energy_mj_; }
 
  private:

@@ -20,7 +20,7 @@ enum class GuardFault : std::uint8_t {
   kDeviceOverForce,    ///< the device was asked for more than it gives
   kDeviceOverSpeed,    ///< the device moves faster than it may
   kCommandStale,       ///< commands did not reach the device in time, so that it cut the force itself
-  kLoopGap,            ///< too long between two ticks: the last force stood meanwhile
+  kLoopGap,            ///< too long between two ticks: the last force stayed on meanwhile
   kTurntableMoving,    ///< the table turns while the tool touches or the device renders
   kTurntableLost,      ///< no word from the table while it turns
   kTurntableStalled,   ///< commanded to move, it does not
@@ -32,7 +32,8 @@ enum class GuardFault : std::uint8_t {
   kClientLost,         ///< the client that controls the rig was not heard of for too long
   kEndpointMissing,    ///< an endpoint of the watchdog does not check in
   kPedalReleased,      ///< one reports that its pedal is released
-  kUncleanEnd,         ///< the last run of the daemon did not end cleanly, and no one has cleared since
+  kUncleanEnd,         ///< the last run of the daemon did not end cleanly, and the fault was not cleared
+                       ///< since
   kSensorJumped,       ///< the sensor's reading jumped, and nothing has shown since that the tool is free
 };
 

@@ -4,7 +4,7 @@
 
 namespace hapticd::rt {
 
-/// When a contact began, by the rig's clock, and between which times that must have been. All 0 before the
+/// Begin of a contact by the rig's clock, and the times between which it must have been. All 0 before the
 /// first contact.
 struct OnsetInstant {
   std::int64_t time_ns = 0;

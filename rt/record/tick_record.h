@@ -28,7 +28,7 @@ inline constexpr std::uint32_t kZero = 1U << 12;       ///< the sensor's zero as
 inline constexpr std::uint32_t kInclusion = 1U << 13;  ///< what inclusions add, and where the strongest is
 inline constexpr std::uint32_t kFriction = 1U << 14;   ///< what a friction target adds, and its range
 inline constexpr std::uint32_t kTransient = 1U << 15;  ///< the transient of a contact
-inline constexpr std::uint32_t kAngles = 1U << 16;     ///< joints and gimbal, where the device reports them
+inline constexpr std::uint32_t kAngles = 1U << 16;     ///< joints and gimbal, if the device reports them
 inline constexpr std::uint32_t kAssist = 1U << 17;     ///< the guide, the fixture, the presentation
 }  // namespace channel
 
@@ -41,7 +41,8 @@ enum class ContactReason : std::uint8_t {
   kBelowRelease,    ///< released this tick: force stayed below the release level
   kAboveSurface,    ///< released this tick: the tip drew back past the contact point or out of the wall
   kReactionLost,    ///< released this tick: the object that was touched is gone from under the tip
-  kWithdrawn,       ///< what was declared was no object; a contact follows only after the tool was seen free
+  kWithdrawn,       ///< what was declared was not an object; a contact follows only after the tool was seen
+                    ///< free
 };
 
 /// State of the guard, the one gate between any renderer and any device.
@@ -60,13 +61,13 @@ inline constexpr std::uint8_t kPose = 1U << 3;   ///< with kForce: the device gi
 inline constexpr std::uint8_t kFreeAir = 1U << 4;  ///< the sensor bears no load, or it is not known whether
 }  // namespace guard_limit
 
-/// How a motion on which the device leads the tool stands or ended.
+/// State of a motion on which the device leads the tool, or how it ended.
 enum class GuideState : std::uint8_t {
   kNone,  ///< there was none yet
   kUnderWay,
   kArrived,   ///< within a millimetre of the goal
   kContact,   ///< an object was touched
-  kResisted,  ///< the force stood at its limit for half a second
+  kResisted,  ///< the force was at its limit for half a second
   kTimedOut,
   kCancelled,
   kForceCut,  ///< the guard took the force away, or the tip was lost
@@ -78,7 +79,7 @@ enum class OverrunCause : std::uint8_t { kNone, kWakeUp, kCompute, kDevice };
 /// Times of one tick. Compute and device write time are those of the tick before: this one's are not over
 /// yet.
 struct TickTiming {
-  std::int64_t wakeup_ns = 0;        ///< lateness of the wake-up; 0 where the rig owns the clock
+  std::int64_t wakeup_ns = 0;        ///< lateness of the wake-up; 0 if the rig owns the clock
   std::int64_t device_ns = 0;        ///< reading this tick's sample and writing the last tick's command
   std::int64_t compute_ns = 0;       ///< the last tick's computation
   std::uint32_t periods_missed = 0;  ///< periods skipped since the last tick
@@ -86,8 +87,8 @@ struct TickTiming {
 };
 
 /// All that is reported of one tick, fixed in size; the unit of telemetry. Scalars are along the scene's
-/// press axis or, where a scene estimates it, along the deformation direction, positive into the object;
-/// forces f_r, f_h, f_d as in (3.1): f_r = f_h + f_d.
+/// press axis or, if a scene estimates it, along the deformation direction, positive into the object; forces
+/// f_r, f_h, f_d as in (3.1): f_r = f_h + f_d.
 struct TickRecord {
   std::uint64_t tick = 0;  ///< sequence number: a gap in it is a lost record
   std::int64_t time_ns = 0;
@@ -131,7 +132,7 @@ struct TickRecord {
   double commanded_force_n = 0.0;      ///< f_c (3.6) along the axis, before the guard
   double hand_force_n = 0.0;           ///< f_h estimated as f_r - f_c(k-1) (3.1)
   double feasible_min_n_per_mm = 0.0;  ///< (3.8) at this hand force; 0 when out of contact
-  double feasible_max_n_per_mm = 0.0;  ///< +inf where the device could hold the tip still
+  double feasible_max_n_per_mm = 0.0;  ///< +inf if the device could hold the tip still
   // channel::kGuard
   hal::Vector3 device_command_n;  ///< what went to the device, rig frame
   GuardState guard_state = GuardState::kRendering;

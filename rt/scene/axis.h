@@ -11,11 +11,12 @@ class PressAxis {
 
   /// Coordinate of a point, mm, growing into the object.
   double depth_mm(const hal::Vector3& position_mm) const noexcept { return dot(unit_, position_mm); }
-  /// A force *on* the tool as the one-dimensional equations count it: positive when it pushes the tool back.
+  /// Force *on* the tool as the one-dimensional equations count it: positive when it pushes the tool back.
   double reaction_n(const hal::Vector3& force_on_tool_n) const noexcept {
     return -dot(unit_, force_on_tool_n);
   }
-  /// Device force as they count it (positive into the object), to and from the rig frame.
+  /// Device force in the rig frame, from the one that the one-dimensional equations count (positive into the
+  /// object), and back.
   hal::Vector3 device_force_n(double along_axis_n) const noexcept { return unit_ * along_axis_n; }
   double along_axis_n(const hal::Vector3& device_force_n) const noexcept {
     return dot(unit_, device_force_n);

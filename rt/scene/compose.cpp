@@ -60,7 +60,8 @@ std::optional<hal::Error> missing(const SceneSpec& spec, const ObjectModel* mode
                         "displacement.estimator = \"recursive\", which need none");
 }
 
-/// A friction target needs a rod, friction that is kept, the tracked direction and passivity control.
+/// Checks a friction target: it needs a rod, friction that is kept, the tracked direction and passivity
+/// control.
 std::optional<hal::Error> check_friction_target(const SceneSpec& spec) {
   if (!spec.friction_target) return std::nullopt;
   const std::string where = "scene '" + spec.name + "'";
@@ -78,7 +79,7 @@ std::optional<hal::Error> check_friction_target(const SceneSpec& spec) {
   return check(*spec.friction_target, "friction_target.", where);
 }
 
-/// A transient needs a scene that explores, and a device whose mass and structure are known.
+/// Checks a transient: it needs a scene that explores, and a device whose mass and structure are known.
 std::optional<hal::Error> check_transient(const SceneSpec& spec, const hal::RigInfo& rig) {
   if (!spec.transient) return std::nullopt;
   const std::string where = "scene '" + spec.name + "'";

@@ -11,11 +11,11 @@
 
 namespace hapticd::rt {
 
-/// What a resolved spec needs of the object's model, in words, e.g. "creep law of 'sponge_cut'"; empty where
-/// measurement is enough. What `model` has is left out.
+/// Models that a resolved spec needs of the object, in words, e.g. "creep law of 'sponge_cut'"; empty if
+/// measurement is enough. Those that `model` has are left out.
 std::vector<std::string> needed_models(const SceneSpec& resolved, const ObjectModel* model = nullptr);
 
-/// Builds exactly the stages a resolved spec needs. Fails where the rig or the object's model (null: there is
+/// Builds exactly the stages a resolved spec needs. Fails if the rig or the object's model (null: there is
 /// none) lack what the scene needs, by name.
 hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const hal::RigInfo& rig,
                                                const ObjectModel* model = nullptr);

@@ -13,7 +13,8 @@ namespace hapticd::rt {
 
 Direction direction_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz);
 Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz);
-/// The tip touches what is rendered: a linear target's stiffness, else nothing is known of it.
+/// Plant of a grip. The tip touches what is rendered: a linear target's stiffness, else nothing is known of
+/// it.
 GripPlant grip_plant_of(const SceneSpec& spec, const ObjectModel& model, const hal::RigInfo& rig);
 
 }  // namespace hapticd::rt

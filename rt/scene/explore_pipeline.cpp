@@ -141,7 +141,7 @@ ExplorePipeline::Measured ExplorePipeline::measure(const hal::RigSample& sample)
 }
 
 void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) noexcept {
-  // Where the reaction pushes, the tip is not above the surface, whatever the path says.
+  // If the reaction pushes, the tip is not above the surface, whatever the path says.
   const bool pushed = dot(now.reaction_n, direction_.normal()) > contact_parameters_.threshold_n;
   const double counted_mm = displacement_.displacement_mm();
   const double depth_mm = pushed ? std::max(0.0, counted_mm) : counted_mm;
@@ -289,7 +289,7 @@ void ExplorePipeline::hold_within_evidence(hal::Vector3& desired_n) noexcept {
 }
 
 bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
-  // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
+  // A device that has less than that is bounded by the guard. NaN is the guard's to see.
   const hal::Vector3& normal = direction_.normal();
   const double pull_n = -dot(desired_n, normal);
   if (reach_.pull_n == reach_.push_n || !(pull_n > reach_.pull_n)) return false;
@@ -309,8 +309,8 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   const double compensated = compensation_share(target_.stiffness_n_per_mm());
   if (reaction_lead_.is_on()) {
     reaction_ahead_n_ = compensated * reaction_lead_.update(normal_n, now.interval);
-    // Where the reaction is predicted, the displacement by all of the delay: else less than no damping is
-    // left.
+    // If the reaction is predicted, the displacement is too, by all of the delay: else less than no damping
+    // is left.
     lead_now_s_ = lead_s_ + compensated * std::max(0.0, delay_s_ - lead_s_);
   }
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);

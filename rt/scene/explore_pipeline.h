@@ -35,7 +35,7 @@ namespace hapticd::rt {
 /// alternative of a stage is composed in once; what the scene did not ask for is not there.
 class ExplorePipeline final : public Pipeline {
  public:
-  /// `model` must hold what the spec needs (see compose()).
+  /// Composes the stages of a resolved scene. `model` must hold what the spec needs.
   ExplorePipeline(const SceneSpec& resolved, const ObjectModel& model, const hal::RigInfo& rig);
 
   std::uint32_t channels() const noexcept override;
@@ -66,30 +66,30 @@ class ExplorePipeline final : public Pipeline {
 
   Measured measure(const hal::RigSample& sample) noexcept;
   void detect(const hal::RigSample& sample, const Measured& now) noexcept;
-  /// Whether the force reverses where the object was felt.
+  /// True if the force reverses where the object was felt.
   bool is_pulled(const Measured& now, double reaction_n) noexcept;
   void begin_contact(const Measured& now) noexcept;
-  /// Direction and displacement of this tick; returns the normal force.
+  /// Estimates direction and displacement of this tick; returns the normal force.
   double estimate(const Measured& now) noexcept;
   /// Ends a contact that nothing speaks for.
   void judge_contact(const Measured& now, double normal_n) noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// Speed into the object.
   double rate_mm_per_s(const Measured& now) const noexcept;
-  /// What is rendered, 0 ... 1: in contact what its evidence allows, then what is left of the release.
+  /// Share that is rendered, 0 ... 1: in contact what its evidence allows, then what is left of the release.
   double authority() const noexcept;
   void follow_release(const TickInterval& interval) noexcept;
   hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n) noexcept;
-  /// What inclusions add, on the tip.
+  /// Force that inclusions add, on the tip.
   hal::Vector3 inclusion_force(const Measured& now) noexcept;
-  /// What a friction target adds, on the tip.
+  /// Force that a friction target adds, on the tip.
   hal::Vector3 friction_force(const Measured& now, double normal_n) noexcept;
-  /// What a contact's transient adds, on the tip.
+  /// Force that a contact's transient adds, on the tip.
   hal::Vector3 transient_force(const Measured& now) noexcept;
-  /// No more of the desired force than the evidence of the contact allows so far.
+  /// Holds the desired force within what the evidence of the contact allows so far.
   void hold_within_evidence(hal::Vector3& desired_n) noexcept;
-  /// No more of the desired force into the object than the sensor bears besides the hand; true where there
-  /// was more.
+  /// Holds the desired force into the object within what the sensor bears besides the hand; true if there was
+  /// more.
   bool hold_within_sensor(hal::Vector3& desired_n) const noexcept;
   void fill_record(const Measured& now, bool in_contact, double normal_n, const hal::Vector3& desired_n,
                    TickRecord& record) const noexcept;

@@ -6,7 +6,7 @@
 
 namespace hapticd::rt {
 
-/// What friction modulation and transients report of a tick.
+/// Fills in what friction modulation and transients report of a tick.
 inline void fill_friction(const FrictionModulation& friction, TickRecord& record) noexcept {
   record.friction_scale = friction.scale();
   record.friction_is_bounded = friction.is_bounded();

@@ -30,31 +30,31 @@ class Pipeline {
   /// Groups this pipeline fills (bits of channel::).
   virtual std::uint32_t channels() const noexcept = 0;
 
-  /// One tick; fills the record's groups. Called only with finite samples; bounded time, no allocation, no
-  /// lock, no exception.
+  /// Evaluates one tick; fills the record's groups. Called only with finite samples; bounded time, no
+  /// allocation, no lock, no exception.
   virtual PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept = 0;
 
-  /// What the guard let through: the controller's observer f_d(k) = f_c(k-1) works on this, so a bounded or
-  /// latched command never winds it up.
+  /// Takes what the guard let through: the controller's observer f_d(k) = f_c(k-1) works on this, so a
+  /// bounded or latched command never winds it up.
   virtual void applied(const hal::Vector3& force_n) noexcept = 0;
 
-  /// Forget all that was estimated (after a fault or at load); the next sample seeds everything again, and
+  /// Forgets all that was estimated (after a fault or at load); the next sample seeds everything again, and
   /// contact is declared only once the tool was seen free.
   virtual void reset() noexcept = 0;
 
-  /// What it noticed of the rig with the last sample.
+  /// Faults of the rig that it noticed with the last sample.
   virtual FaultSet faults() const noexcept { return 0; }
-  /// The sensor's zero as it is followed; another pipeline goes on from it.
+  /// Zero of the sensor as it is followed; another pipeline goes on from it.
   virtual FollowedZero zero() const noexcept { return {}; }
   virtual void adopt_zero(const FollowedZero& /*zero*/) noexcept {}
-  /// The sensor's zero is not proven (LoadWatch): no reading counts, contact begins only after the tool was
-  /// seen free again.
+  /// Distrusts the sensor because its zero is not proven (LoadWatch): no reading counts, contact begins only
+  /// after the tool was seen free again.
   virtual void distrust_sensor() noexcept {}
-  /// The sensor was biased just now, with the tool held so.
+  /// Takes note that the sensor was biased just now, with the tool held so.
   virtual void biased_at(const hal::Quaternion& /*orientation*/) noexcept {}
 
-  /// New target, reached over `ramp_s` from the force of the present one. One-dimensional scenes know linear
-  /// targets only; the caller has checked.
+  /// Sets a new target, reached over `ramp_s` from the force of the present one. One-dimensional scenes know
+  /// linear targets only; the caller has checked.
   virtual void set_target(const TargetLaw& target, double ramp_s) noexcept = 0;
 };
 

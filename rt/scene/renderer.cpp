@@ -7,7 +7,7 @@ namespace hapticd::rt {
 
 namespace {
 
-/// What of the guard's force is the pipeline's: the assistance has gone through in the same share as the
+/// Part of the guard's force that is the pipeline's: the assistance has gone through in the same share as the
 /// whole.
 hal::Vector3 of_pipeline(const hal::Vector3& force_n, const hal::Vector3& wanted_n,
                          const hal::Vector3& assistance_n) noexcept {
@@ -94,7 +94,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   Admission admission = guard_.admit(sample, pipeline_ != nullptr ? pipeline_->faults() : 0);
   const PipelineOutput output = evaluate(admission, sample, record);
   const bool is_free = !output.in_contact && !output.wants_force;
-  // A tick that is missing is no time in which it was seen free.
+  // A missing tick does not count as time in which it was seen free.
   free_s_ = is_free ? std::min(free_s_ + std::min(guard_.interval_s(), period_s_), kFreeS) : 0.0;
   hand_over_share_ =
       guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);

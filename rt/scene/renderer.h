@@ -17,9 +17,8 @@ class Renderer {
       : guard_(limits, rate_hz), assistance_(rate_hz), period_s_(1.0 / rate_hz) {}
 
   /// Swaps the pipeline (null: no scene, zero force) and returns the one before; the caller keeps ownership
-  /// of both. The new one starts reset, and what it wants takes the place of the force that stands over 50
-  /// ms, so that nothing is cut off in a hand. Without a new one force goes at once, as fast as the guard
-  /// lets it.
+  /// of both. The new one starts reset, and what it wants replaces the present force over 50 ms, so that
+  /// nothing is cut off in a hand. Without a new one force goes at once, as fast as the guard lets it.
   Pipeline* exchange(Pipeline* next, const GuardLimits& limits, const AssistanceSpec& spec = {}) noexcept;
   bool has_scene() const noexcept { return pipeline_ != nullptr; }
   /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
@@ -31,17 +30,18 @@ class Renderer {
   hal::DeviceCommand tick(const hal::RigSample& sample, TickRecord& record) noexcept;
 
   void set_target(const TargetLaw& target, double ramp_s) noexcept;
-  /// A stop, or another fault that shows in no sample.
+  /// Raises a stop, or another fault that shows in no sample.
   void raise(GuardFault fault) noexcept { guard_.raise(fault); }
   void set_standing(FaultSet faults) noexcept { guard_.set_standing(faults); }
   /// Leaves the latch; authority then rises from zero. Refused (false) while the fault persists.
   bool clear() noexcept { return guard_.clear(); }
   const Guard& guard() const noexcept { return guard_; }
-  /// What an experiment asks of the tick: all but update() and observe(), which are the tick's own.
+  /// Assistance that an experiment asks of the tick: all but update() and observe(), which are the tick's
+  /// own.
   Assistance& assistance() noexcept { return assistance_; }
 
  private:
-  /// What the pipeline makes of the sample; nothing where the guard finds it unfit.
+  /// Output of the pipeline for the sample; nothing if the guard finds it unfit.
   PipelineOutput evaluate(const Admission& admission, const hal::RigSample& sample,
                           TickRecord& record) noexcept;
   /// Informs the pipeline of a bias, in every state of the guard.

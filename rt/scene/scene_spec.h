@@ -32,7 +32,7 @@ enum class SceneKind : std::uint8_t {
 enum class DirectionMethod : std::uint8_t { kTracked, kPublished };
 
 enum class DisplacementEstimator : std::uint8_t {
-  kFused,      ///< way and contact law, weighed by their variances
+  kFused,      ///< path of the tip and contact law, weighed by their variances
   kInverse,    ///< the contact law of the 60 Hz filtered force (4.23)
   kRecursive,  ///< the contacted particle followed along the surface (4.21); needs no model, drifts
 };
@@ -64,28 +64,28 @@ struct ExploreParameters {
   double deflection_cutoff_hz = 10.0;            ///< how fast the tip is taken to follow (4.25)
   double force_noise_n = 0.003;                  ///< standard deviation of a tick's mean, each component
   hal::Vector3 gravity_at_bias{0.0, 0.0, -1.0};  ///< tool frame, when the sensor was biased (4.6)
-  /// Identified bias and seat of the sensor; none where it was biased as above and sits straight.
+  /// Identified bias and seat of the sensor; none if it was biased as above and sits straight.
   std::optional<SensorMounting> sensor_mounting{};
   /// Identified centre of the tool's mass from the tip, tool frame: as the tool turns its mass is carried
   /// round the tip. None: the mass moves as the tip does.
   std::optional<hal::Vector3> tip_to_centre_mm{};
 };
 
-/// Everything that defines a scene, validated by compose(). The defaults are the dissertation's; values
+/// Everything that defines a scene, validated by resolve(). The defaults are the dissertation's; values
 /// that belong to the device (gains, structural stiffness, limits) default to those of the rig's device.
 struct SceneSpec {
   std::string name;
   SceneKind kind = SceneKind::kTap1d;
   std::string description;
   Tip tip = Tip::kRod;
-  /// Identified model of the object; "none" where the measured force is enough.
+  /// Identified model of the object; "none" if the measured force is enough.
   std::string object_model = "none";
-  /// Where the turntable must stand for the scene to be loaded; empty where none is needed.
+  /// Station at which the turntable must be for the scene to be loaded; empty if none is needed.
   std::string turntable_station{};
   /// The stages work on poses that the adopted calibration of the arm corrects. False: on the device's own.
   bool corrected_poses = false;
 
-  hal::Vector3 press_axis{0.0, 0.0, -1.0};  ///< rig frame, into the object; normalised by compose()
+  hal::Vector3 press_axis{0.0, 0.0, -1.0};  ///< rig frame, into the object; normalised by resolve()
   double tool_mass_g = 9.35;  ///< beyond the sensor (D§3.2.1); kExplore: 0 = what the rig knows of it
 
   ContactParameters contact;
@@ -104,7 +104,8 @@ struct SceneSpec {
 
   bool structural_compensation = true;
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = the device's own
-  /// Over the workspace, about the one above at its centre: its stiffness where the tip is stands for that.
+  /// Compliance over the workspace, about the one above at its centre: its stiffness at the tip's place
+  /// replaces that.
   std::optional<StructuralModel> structural_field{};
 
   ExploreParameters explore;
@@ -135,15 +136,15 @@ struct SceneOutline {
   std::uint32_t channels = 0;         ///< bits of channel::
 };
 
-/// The spec with every default resolved against the rig's device, checked: unit press axis, gains inside the
-/// stable region (`facts`: Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), thresholds, limits no larger than the
+/// Resolves every default of the spec against the rig's device, and checks it: unit press axis, gains inside
+/// the stable region (`facts`: Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), thresholds, limits no larger than the
 /// device's.
 hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig);
 
-/// The structure's stiffness where it is softest: at the centre or a corner of what its field covers.
+/// Stiffness of the structure where it is softest: at the centre or a corner of what its field covers.
 double softest_structure_n_per_mm(const SceneSpec& resolved) noexcept;
 
-/// What of a resolved spec is not the pipeline's.
+/// Assistance of a resolved spec: the part that is not the pipeline's.
 AssistanceSpec assistance_of(const SceneSpec& resolved);
 
 /// Stages, hardware and channels of a resolved spec.

@@ -82,7 +82,7 @@ class SurfaceMap {
     return cell;
   }
 
-  /// Of the grid; one step beyond it on the parabola through the last three, or the line through two.
+  /// Height of the grid; one step beyond it on the parabola through the last three, or the line through two.
   double height(std::ptrdiff_t column, std::ptrdiff_t row) const noexcept {
     const auto columns = static_cast<std::ptrdiff_t>(map_.columns);
     const auto rows = static_cast<std::ptrdiff_t>(rows_);

@@ -124,7 +124,7 @@ double TapPipeline::friction_deflection_mm(double target_n_per_mm) const noexcep
 }
 
 bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
-  // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
+  // A device that has less than that is bounded by the guard. NaN is the guard's to see.
   if (reach_.pull_n == reach_.push_n || !(desired.force_n > reach_.pull_n)) return false;
   desired = held_at(reach_.pull_n, encoder_mm);
   return true;

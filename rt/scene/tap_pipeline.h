@@ -45,22 +45,22 @@ class TapPipeline final : public Pipeline {
     double depth_mm = 0.0;
     double sensor_n = 0.0;    ///< zero subtracted
     double reaction_n = 0.0;  ///< f_r (3.4)
-    double step_mm = 0.0;     ///< of the encoders since the last tick; 0 where there is none
+    double step_mm = 0.0;     ///< motion of the encoders since the last tick; 0 if there is none
   };
 
   Measured measure(const hal::RigSample& sample) noexcept;
   void update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
-  /// (3.3) with reaction and displacement as far ahead as the loop is late.
+  /// Desired force by (3.3), with reaction and displacement as far ahead as the loop is late.
   DesiredForce desired_force(const Measured& now, double target_n_per_mm) noexcept;
-  /// What the structure is bent by beyond the controller's force, since the contact began: a hand that
-  /// approaches drags the motors' friction along, whose compensation in contact takes that load off it again.
-  /// Fades as that does.
+  /// Bending of the structure beyond the controller's force, since the contact began: a hand that approaches
+  /// drags the motors' friction along, whose compensation in contact takes that load off it again. Fades as
+  /// that does.
   double friction_deflection_mm(double target_n_per_mm) const noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
-  /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
-  /// True where it was held.
+  /// Holds a target that is too soft for the sensor at what it measures, like one that is too soft for the
+  /// device. True if it was held.
   bool hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept;
-  /// A desired force of `force_n`, with the displacement that goes with it.
+  /// Desired force of `force_n`, with the displacement that goes with it.
   DesiredForce held_at(double force_n, double encoder_mm) const noexcept;
 
   PressAxis axis_;

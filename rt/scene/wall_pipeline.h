@@ -26,7 +26,7 @@ class WallPipeline final : public Pipeline {
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
 
  private:
-  /// The tip came in between the last tick and this one: on a straight line.
+  /// Notes the onset of a tip that came in between the last tick and this one: on a straight line.
   void note_onset(const hal::RigSample& sample, double inside_mm, double outside_mm) noexcept;
 
   WallSurface surface_;

@@ -20,8 +20,8 @@ struct BallParameters {
   }
 };
 
-/// Where a virtual object begins: a plane across the press axis, a ball, or a scanned surface. Without
-/// friction.
+/// Surface at which a virtual object begins: a plane across the press axis, a ball, or a scanned surface.
+/// Without friction.
 class WallSurface {
  public:
   struct Place {
@@ -36,9 +36,9 @@ class WallSurface {
     if (map) map_.emplace(*map);
   }
 
-  /// In the middle of a ball, where no side is nearest, it is as if pressed along the press axis. Of a
-  /// scanned surface depth and normal are those of the tangent plane above or below the tip: exact on planes,
-  /// off by half the curvature times the square of depth and slope elsewhere.
+  /// Place of the tip to the surface. In the middle of a ball, which has no nearest side, it is as if pressed
+  /// along the press axis. For a scanned surface depth and normal are those of the tangent plane above or
+  /// below the tip: exact on planes, off by half the curvature times the square of depth and slope elsewhere.
   Place at(const hal::Vector3& tip_mm) const noexcept {
     if (map_) return over_map(tip_mm);
     if (!ball_) return {dot(tip_mm, axis_) - position_mm_, axis_};

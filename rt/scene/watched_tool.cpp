@@ -11,7 +11,8 @@ LoadWatchParameters watched_tool(const SceneSpec& spec, const hal::RigInfo& rig)
   const double known_g = rig.sensor.tool_mass_g;
   const double stiffness_n_per_mm = rig.device.structural_stiffness_n_per_mm;
   if (stiffness_n_per_mm > 0.0) tool.compliance_mm_per_n = 1.0 / stiffness_n_per_mm;
-  // A scene may be wrong about it, or right where another tool was mounted: what either explains is no load.
+  // A scene may be wrong about it, or right although another tool was mounted: what either explains is not a
+  // load.
   tool.tool_mass_g = known_g > 0.0 ? known_g : spec.tool_mass_g;
   if (spec.tool_mass_g > 0.0) tool.mass_error_g = std::abs(spec.tool_mass_g - tool.tool_mass_g);
   if (spec.kind != SceneKind::kExplore) return tool;

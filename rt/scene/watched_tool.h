@@ -5,7 +5,7 @@
 
 namespace hapticd::rt {
 
-/// What the guard's load watch has to know of the tool of a scene. The rig's mass counts; where it knows none, the
+/// Parameters of the guard's load watch for the tool of a scene. The rig's mass counts; if it knows none, the
 /// scene's.
 LoadWatchParameters watched_tool(const SceneSpec& spec, const hal::RigInfo& rig) noexcept;
 

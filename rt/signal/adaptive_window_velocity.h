@@ -9,9 +9,9 @@ namespace hapticd::rt {
 /// longest line that passes within `noise_bound_mm` of all recent positions. A long window while the motion
 /// is even, a short one while it changes; the lag is window · period / 2.
 ///
-/// Noise goes with the bound over the window's time, so the window's points lie a millisecond apart where
-/// ticks are shorter: as many points, as long a window and as quiet a velocity, brought up to date at every
-/// tick. Slopes are taken over the measured times of the positions, so a late tick is no velocity.
+/// Noise goes with the bound over the window's time, so the window's points lie a millisecond apart if ticks
+/// are shorter: as many points, as long a window and as quiet a velocity, brought up to date at every tick.
+/// Slopes are taken over the measured times of the positions, so a late tick does not show as velocity.
 class AdaptiveWindowVelocity {
  public:
   static constexpr int kMaxWindow = 15;  ///< points before the newest
@@ -44,7 +44,7 @@ class AdaptiveWindowVelocity {
   const Reading& reading(int points) const noexcept {
     return readings_[static_cast<std::size_t>(newest_ - points * spacing_)];
   }
-  /// Per period, from the position `points` before the newest to the newest.
+  /// Slope per period, from the position `points` before the newest to the newest.
   double slope_from(const Reading& earlier) const noexcept {
     const Reading& newest = reading(0);
     return (newest.position_mm - earlier.position_mm) / (newest.periods - earlier.periods);

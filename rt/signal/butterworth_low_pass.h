@@ -40,7 +40,8 @@ class BasicButterworthLowPass {
   }
 
  private:
-  /// With h = periods T/2 and k = ω T/2: what of y' T/2 is kept over the interval, and what the input adds.
+  /// Step with h = periods T/2 and k = ω T/2: what of y' T/2 is kept over the interval, and what the input
+  /// adds.
   struct Step {
     double periods;
     double keep;

@@ -15,7 +15,7 @@ class Decay {
   Decay() noexcept = default;
 
   double nominal() const noexcept { return nominal_; }
-  /// Over so many periods of the loop, ≥ 0.
+  /// Decay over so many periods of the loop, ≥ 0.
   double over(double periods) const noexcept {
     const double x = (periods - 1.0) * per_period_;
     if (x == 0.0) return nominal_;

@@ -30,7 +30,7 @@ class InstantRing {
     return ring_[newest_ + 1 >= filled_ ? newest_ + 1 - filled_ : newest_ + 1 + kSize - filled_].instant_ns;
   }
   const Value& newest() const noexcept { return ring_[newest_].value; }
-  /// At an instant within what is held; the nearest end outside it.
+  /// Value at an instant within what is held; the nearest end outside it.
   Value at(std::int64_t instant_ns) const noexcept {
     const Entry* later = &ring_[newest_];
     if (instant_ns >= later->instant_ns) return later->value;

@@ -16,14 +16,14 @@ class MotionEstimator {
   MotionEstimator(double position_resolution_mm, double rate_hz) noexcept;
 
   /// Takes the position of one tick and when it was measured. Slopes and filter go by the measured interval,
-  /// so a late tick is no jump in velocity. After a gap (TickInterval::is_gap) the estimate starts afresh; of
-  /// two readings almost at once the second is left out, for it shows no motion.
+  /// so a late tick does not show as a jump in velocity. After a gap (TickInterval::is_gap) the estimate
+  /// starts afresh; of two readings almost at once the second is left out, for it shows no motion.
   void update(double position_mm, std::int64_t time_ns) noexcept;
   void reset() noexcept { timer_.reset(); }
 
   double velocity_mm_per_s() const noexcept { return velocity_.velocity_mm_per_s(); }
   double acceleration_mm_per_s2() const noexcept { return acceleration_.output(); }
-  /// How far the acceleration lags behind the motion now: half the window and the filter's delay.
+  /// Lag of the acceleration behind the motion now: half the window and the filter's delay.
   double acceleration_lag_s() const noexcept;
 
  private:

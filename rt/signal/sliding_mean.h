@@ -29,7 +29,7 @@ class SlidingMean {
     mean_ = sum * share_;
     return mean_;
   }
-  /// As if it had been `value` all the time.
+  /// Fills the window as if the input had been `value` all the time.
   void seed(const Value& value) noexcept {
     values_.fill(value);
     mean_ = value;

@@ -63,9 +63,9 @@ class BasicStiffnessFit {
     extent_mm_ = std::max(extent_mm_, magnitude(x));
   }
 
-  /// Whether the reaction has grown with the way by `grown_n`, and by more than `lowest_n_per_mm` beyond
+  /// True if the reaction has grown with the way by `grown_n`, and by more than `lowest_n_per_mm` beyond
   /// three standard errors. `noise_n`: standard deviation of the reading at least; what the line leaves
-  /// unexplained counts where it is more.
+  /// unexplained counts if it is more.
   bool shows_object(double noise_n, double lowest_n_per_mm, double grown_n) const noexcept {
     using stiffness_fit::inner;
     if (count_ < kMinSamples || !(extent_mm_ > 0.0)) return false;

@@ -16,7 +16,7 @@ namespace hapticd::rt {
 /// follows at once, as published.
 class StructuralDeflection {
  public:
-  /// A stiffness of 0 stands for a rigid device.
+  /// Makes a deflection; a stiffness of 0 means a rigid device.
   StructuralDeflection(double stiffness_n_per_mm, double cutoff_hz, double rate_hz) noexcept
       : compliance_mm_per_n_(stiffness_n_per_mm > 0.0 ? 1.0 / stiffness_n_per_mm : 0.0),
         lags_(cutoff_hz > 0.0),
@@ -28,7 +28,7 @@ class StructuralDeflection {
     deflection_mm_ = deflection_mm_ + (device_force_n * compliance_mm_per_n_ - deflection_mm_) * share;
     return deflection_mm_;
   }
-  /// Where the tip is now, of a device whose stiffness varies; > 0.
+  /// Sets the stiffness at the tip's present place, for a device whose stiffness varies; > 0.
   void set_stiffness_n_per_mm(double stiffness_n_per_mm) noexcept {
     compliance_mm_per_n_ = 1.0 / stiffness_n_per_mm;
   }

@@ -34,7 +34,7 @@ class TickTimer {
     return is_gap ? TickInterval{1.0 / rate_hz_, 1.0, was_started && s > 0.0 ? periods : 1.0, true}
                   : TickInterval{s, periods, periods, false};
   }
-  /// The next sample has none before it.
+  /// Makes the next sample one without a sample before it.
   void reset() noexcept { started_ = false; }
 
  private:

@@ -12,7 +12,7 @@ struct SensorMounting {
   hal::Vector3 turn_deg;
   hal::Vector3 force_bias_n;
 
-  /// The turn as a rotation.
+  /// Turn as a rotation.
   hal::Quaternion to_tool() const noexcept {
     constexpr double kHalfRadPerDeg = 0.00872664625997164788;
     const double angle_deg = norm(turn_deg);
@@ -22,7 +22,7 @@ struct SensorMounting {
   }
 };
 
-/// The shorter of the two turns that a rotation is.
+/// Shorter of the two turns that a rotation is.
 inline hal::Vector3 turn_deg_of(const hal::Quaternion& rotation) noexcept {
   constexpr double kDegPerHalfRad = 114.59155902616464;
   hal::Quaternion q = unit(rotation);
@@ -50,7 +50,7 @@ class ToolLoad {
       : mass_g_(mass_g),
         weight_n_{0.0, 0.0, -inertial_force_n(mass_g, kGravityMmPerS2)},
         offset_n_(gravity_at_bias * inertial_force_n(mass_g, kGravityMmPerS2)) {}
-  /// For a sensor whose bias and seat are known; nothing was taken as zero.
+  /// Load for a sensor whose bias and seat are known; nothing was taken as zero.
   static ToolLoad mounted(double mass_g, const SensorMounting& mounting) noexcept {
     ToolLoad load(mass_g, hal::Vector3{});
     load.is_turned_ = norm(mounting.turn_deg) > 0.0;
@@ -68,25 +68,25 @@ class ToolLoad {
     const hal::Vector3 raw_n = is_turned_ ? rotated(to_tool_, sensor_force_n) : sensor_force_n;
     return rotated(unit(orientation), raw_n + offset_n_) - weight_n_;
   }
-  /// A force of the rig frame as the sensor would read it.
+  /// Force of the rig frame as the sensor would read it.
   hal::Vector3 in_sensor_frame(const hal::Vector3& force_n,
                                const hal::Quaternion& orientation) const noexcept {
     const hal::Vector3 in_tool = rotated(conjugate(unit(orientation)), force_n);
     return is_turned_ ? rotated(conjugate(to_tool_), in_tool) : in_tool;
   }
-  /// A vector of the sensor's frame in that of the rig.
+  /// Vector of the sensor's frame in that of the rig.
   hal::Vector3 in_rig_frame(const hal::Vector3& v, const hal::Quaternion& orientation) const noexcept {
     return rotated(unit(orientation), is_turned_ ? rotated(to_tool_, v) : v);
   }
-  /// The sensor was biased with the tool held so: its weight there reads as nothing from now on.
+  /// Takes note that the sensor was biased with the tool held so: its weight there reads as zero from now on.
   void biased_at(const hal::Quaternion& orientation) noexcept {
     offset_n_ = rotated(conjugate(unit(orientation)), weight_n_);
   }
-  /// The centre of the tool's mass lies so far from the tip, tool frame.
+  /// Sets the vector from the tip to the centre of the tool's mass, tool frame.
   void set_tip_to_centre(const hal::Vector3& tip_to_centre_mm) noexcept {
     tip_to_centre_mm_ = tip_to_centre_mm;
   }
-  /// Where the centre of the tool's mass is, rig frame.
+  /// Centre of the tool's mass, rig frame.
   hal::Vector3 centre_mm(const hal::Vector3& tip_mm, const hal::Quaternion& orientation) const noexcept {
     return tip_mm + rotated(unit(orientation), tip_to_centre_mm_);
   }

@@ -16,11 +16,11 @@ using geometry::product;
 using geometry::rotated;
 using geometry::unit;
 
-/// The part of v in the plane across a unit vector.
+/// Part of v in the plane across a unit vector.
 constexpr hal::Vector3 across(const hal::Vector3& v, const hal::Vector3& unit) noexcept {
   return v - unit * dot(v, unit);
 }
-/// v of length 1; `otherwise` where v is too short to have a direction.
+/// v of length 1; `otherwise` if v is too short to have a direction.
 inline hal::Vector3 direction_or(const hal::Vector3& v, const hal::Vector3& otherwise) noexcept {
   const double length = norm(v);
   return length > 1e-12 ? v * (1.0 / length) : otherwise;

@@ -11,7 +11,7 @@ inline constexpr double kMaxCompensableRatio = 0.8;
 struct DesiredForce {
   double force_n = 0.0;  ///< f~_d, positive into the object
   double displacement_mm =
-      0.0;  ///< x_r it was computed with: the tip's where compensated, the encoders' otherwise
+      0.0;  ///< x_r it was computed with: the tip's if compensated, the encoders' otherwise
 };
 
 /// f~_d = f_r - k~ x (3.3) on a device taken as rigid: `encoder_displacement_mm` is the displacement.

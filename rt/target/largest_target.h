@@ -10,7 +10,7 @@ inline constexpr double kMaxTargetDepthMm = 20.0;
 /// A firm press of the hand, at which an object's stiffness and what is feasible on it are judged.
 inline constexpr double kFirmPressN = 4.0;
 
-/// Largest target stiffness that is granted where a scene does not say. Below the least target that became
+/// Largest target stiffness that is granted if a scene does not say. Below the least target that became
 /// unstable in simulation with default gains on any of the devices' presets: a hand's press on objects of
 /// 0.05 … 5 N/mm with knocks, in one dimension and exploring, and a light press (1 and 2 N) while the target
 /// swings between it and 0.3 N/mm, with something to spare for what is uncertain of a device (mode,
@@ -18,9 +18,9 @@ inline constexpr double kFirmPressN = 4.0;
 /// compensated of the structure (kMaxCompensableRatio) is more than what stays stable.
 inline constexpr double kMaxTargetNPerMm = 1.0;
 
-/// While exploring, moreover no more than so many times the object's own stiffness at 4 N: strokes over the
-/// objects of D§4 went unstable from 4.6 to 10 times on (`hapticd_study explore --only stability`), the
-/// softest of them first.
+/// Maximum ratio of a target to the object's own stiffness at 4 N while exploring: strokes over the objects
+/// of D§4 went unstable from 4.6 to 10 times on (`hapticd_study explore --only stability`), the softest of
+/// them first.
 inline constexpr double kMaxTargetOverObject = 4.0;
 
 /// Largest virtual wall, with nothing real behind it: below the stiffest that a hand pressing 4 N with

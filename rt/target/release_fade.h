@@ -6,14 +6,14 @@
 
 namespace hapticd::rt {
 
-/// Takes the desired force to zero over 12 ms when a contact ends: fast enough that nothing is felt where
-/// nothing is touched, slow enough that what is left of the force is no knock. By then most of it has gone
-/// with the reaction (ContactEvidence).
+/// Takes the desired force to zero over 12 ms when a contact ends: fast enough that nothing is felt after the
+/// contact, slow enough that what is left of the force does not knock. By then most of it has gone with the
+/// reaction (ContactEvidence).
 class ReleaseFade {
  public:
   static constexpr double kDurationS = 0.012;
 
-  /// In contact, passes `desired_force_n` on and remembers it; afterwards fades out from the last one,
+  /// Passes `desired_force_n` on in contact and remembers it; afterwards fades out from the last one,
   /// linearly.
   double update(bool in_contact, double desired_force_n, const TickInterval& interval) noexcept {
     if (in_contact) {

@@ -33,7 +33,7 @@ class TargetBlend {
     step_ = 1.0 / std::max(kMinRampPeriods, ramp_s * rate_hz_);
     offset_due_ = true;
   }
-  /// One tick, `periods` of the loop after the last: the force at the hand.
+  /// Advances by one tick, `periods` of the loop after the last; returns the force at the hand.
   double update(double displacement_mm, double rate_mm_per_s, const hal::Vector3& tip_mm,
                 double periods = 1.0) noexcept {
     displacement_mm_ = displacement_mm;
@@ -50,15 +50,15 @@ class TargetBlend {
     force_n_ = weight_ * goal_n + (1.0 - weight_) * from_n;
     return force_n_;
   }
-  /// Out of contact: nothing to blend but time.
+  /// Lets time pass out of contact: there is nothing to blend.
   void rest(double periods = 1.0) noexcept {
     weight_ = std::min(1.0, weight_ + step_ * periods);
     offset_due_ = false;
     offset_n_ = 0.0;
     force_n_ = displacement_mm_ = 0.0;
   }
-  /// The stiffness asked for: between linear targets the mixture in force, else force over displacement of
-  /// the last tick.
+  /// Stiffness asked for: between linear targets the mixture in force, else force over displacement of the
+  /// last tick.
   double stiffness_n_per_mm() const noexcept {
     if (law_.kind == TargetLaw::Kind::kLinear && before_.kind == TargetLaw::Kind::kLinear) {
       return stiffness_before_ + weight_ * (law_.stiffness_n_per_mm - stiffness_before_);

@@ -13,13 +13,13 @@
 
 namespace hapticd::rt {
 
-/// Damping that a target may have where the loop runs at 1 kHz or faster.
+/// Damping that a target may have if the loop runs at 1 kHz or faster.
 inline constexpr double kMaxTargetDampingNsPerMm = 0.005;
 
-/// The same at the loop's rate. Behind a delay τ a damper b on a free mass m is stable for b τ/m < π/2; the
-/// lightest device has 0.075 kg, and reading, loop, controller and motors take 3.7 ms at 1 kHz: 0.03 N·s/mm.
-/// A sixth of that is also passive with the velocity's own lag of some periods. Slower loops have less, in
-/// proportion.
+/// Maximum damping at the loop's rate. Behind a delay τ a damper b on a free mass m is stable for b τ/m <
+/// π/2; the lightest device has 0.075 kg, and reading, loop, controller and motors take 3.7 ms at 1 kHz: 0.03
+/// N·s/mm. A sixth of that is also passive with the velocity's own lag of some periods. Slower loops have
+/// less, in proportion.
 constexpr double max_target_damping_n_s_per_mm(double rate_hz) noexcept {
   return rate_hz < 1000.0 ? kMaxTargetDampingNsPerMm * rate_hz / 1000.0 : kMaxTargetDampingNsPerMm;
 }
@@ -59,11 +59,11 @@ constexpr TargetLaw linear_target(double stiffness_n_per_mm) noexcept {
   return law;
 }
 
-/// The largest stiffness the law asks for up to `max_displacement_mm`: what limits and stability are judged
-/// by.
+/// Largest stiffness that the law asks for up to `max_displacement_mm`: limits and stability are judged by
+/// it.
 double greatest_stiffness_n_per_mm(const TargetLaw& law, double max_displacement_mm) noexcept;
 
-/// The largest damping dF/dẋ of the law at a displacement, as it is rendered; 0 of laws that have none.
+/// Largest damping dF/dẋ of the law at a displacement, as it is rendered; 0 of laws that have none.
 double damping_n_s_per_mm(const TargetLaw& law, double displacement_mm) noexcept;
 
 /// Normalises the axis; an error names what is out of range: stiffness 0 … 1000 N/mm, exponent 1 … 3, 1 … 16

@@ -4,7 +4,7 @@
 
 namespace hapticd::rt {
 
-/// A ramp of zero seconds ends at the next tick, also where that one follows in less than a whole period.
+/// A ramp of zero seconds ends at the next tick, also if that one follows in less than a whole period.
 inline constexpr double kMinRampPeriods = 1e-3;
 
 /// A target that moves linearly to each new value, by the measured time. Where an object is pressed it moves
@@ -16,7 +16,7 @@ class TargetRamp {
              double max_change_n_per_s = std::numeric_limits<double>::infinity()) noexcept
       : value_(initial), goal_(initial), rate_hz_(rate_hz), max_change_n_(max_change_n_per_s / rate_hz) {}
 
-  /// From the value in force now to `goal` over `ramp_s`.
+  /// Goes from the value in force now to `goal` over `ramp_s`.
   void set(double goal, double ramp_s) noexcept;
   /// Advances `periods` of the loop, pressed in by `displacement_mm`, and returns the value in force.
   double update(double periods = 1.0, double displacement_mm = 0.0) noexcept;

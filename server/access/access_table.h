@@ -13,7 +13,7 @@ struct AccessRow {
   std::string_view method;  ///< "RigService/GetRigInfo"
   Role role;                ///< at least
   bool needs_lease;         ///< by the rule below
-  bool is_audited;          ///< written to the audit log also where it was granted
+  bool is_audited;          ///< written to the audit log also if it was granted
 };
 
 namespace access_table_detail {
@@ -26,11 +26,11 @@ inline constexpr bool kUnaudited = false;
 // clang-format off
 /// Every call of the contract; a call that is not here is refused. All who are identified may stop.
 ///
-/// A call needs the lease where it changes what the holder feels, measures or keeps: it commands the rig, begins
-/// or ends what runs only once (a recording, an identification, a calibration), or changes what the next scene of
-/// the holder uses (tags of models, the calibration that is adopted). It needs none where it only looks, adds
-/// something new (an upload, an import, a note, an incident, poses of a tracker), removes what nothing uses,
-/// or takes force away.
+/// A call needs the lease if it changes what the holder feels, measures or keeps: it commands the rig, begins
+/// or ends what runs only once (a recording, an identification, a calibration), or changes what the next
+/// scene of the holder uses (tags of models, the calibration that is adopted). It needs none if it only
+/// looks, adds something new (an upload, an import, a note, an incident, poses of a tracker), removes what
+/// nothing uses, or takes force away.
 inline constexpr auto kAccessTable = [] {
   using namespace access_table_detail;
   using enum Role;
@@ -118,7 +118,7 @@ inline constexpr auto kAccessTable = [] {
 }();
 // clang-format on
 
-/// The row of "RigService/GetRigInfo"; nullptr where there is none.
+/// Row of "RigService/GetRigInfo"; nullptr if there is none.
 const AccessRow* find_access_row(std::string_view method);
 /// The table as docs/access.md prints it.
 std::string access_table_markdown();

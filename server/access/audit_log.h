@@ -30,17 +30,17 @@ struct AuditLine {
   std::optional<std::uint64_t> effective_tick;
 };
 
-/// One line of JSON, without its end.
+/// Turns a line into JSON, without its end.
 std::string to_json(const AuditLine& line);
 
-/// Writes lines to a file that is rotated, and to the journal of systemd, in a thread of its own. write()
-/// never waits for a disk: what does not fit into the queue is dropped and counted, and the count is written.
+/// Writes lines to a file that is rotated, and to the journal of systemd, on its own thread. write() never
+/// waits for a disk: what does not fit into the queue is dropped and counted, and the count is written.
 class AuditLog {
  public:
   static constexpr std::size_t kMaxQueue = 4096;
   static constexpr std::size_t kKeptFiles = 5;
 
-  /// An error where the file cannot be written to.
+  /// Opens the log. An error if the file cannot be written to.
   static hal::Result<std::unique_ptr<AuditLog>> open(const AccessConfig& config);
   /// Writes what is queued, then ends.
   ~AuditLog();

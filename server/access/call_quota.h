@@ -20,7 +20,7 @@ class CallQuota {
   /// `max_calls_per_s`: as many may come at once after a second of silence.
   CallQuota(int max_calls, double max_calls_per_s);
 
-  /// A place for one more call of `identity`. RESOURCE_EXHAUSTED beyond either limit.
+  /// Takes a place for one more call of `identity`. RESOURCE_EXHAUSTED beyond either limit.
   Outcome<Place> take(const std::string& identity, Clock::time_point now);
 
  private:

@@ -10,18 +10,18 @@
 
 namespace hapticd::server {
 
-/// Serial number of a certificate in PEM, as upper-case hexadecimal digits; empty where it is none.
+/// Serial number of a certificate in PEM, as upper-case hexadecimal digits; empty if it is none.
 std::string serial_of_certificate(const std::string& pem);
 
-/// By what a certificate names its holder.
+/// Names by which a certificate identifies its holder.
 struct CertificateNames {
   std::string uri;     ///< the first of its subject alternative names that is one; empty: none
   std::string serial;  ///< as upper-case hexadecimal digits
 };
-/// Empty ones of null.
+/// Names in a certificate; empty ones for null.
 CertificateNames names_of_certificate(const X509* certificate);
-/// The organisation (O) of the subject of the first certificate in a file: make_certificates.sh writes the
-/// name of the lab there. Empty where there is none.
+/// Organisation (O) of the subject of the first certificate in a file: make_certificates.sh writes the name
+/// of the lab there. Empty if there is none.
 std::string organisation_of_certificate(const std::string& path);
 
 /// The files by which a daemon serves TLS, in one folder.
@@ -33,11 +33,11 @@ struct CertificateFiles {
   static CertificateFiles in(const std::string& folder);
 };
 
-/// What would keep a daemon from serving with these files: missing, not matching, expired, of another
+/// Checks what would keep a daemon from serving with these files: missing, not matching, expired, of another
 /// authority.
 std::optional<hal::Error> check_certificate_files(const CertificateFiles& files);
 
-/// When the first certificate in a file expires. An error where the file has none.
+/// Time at which the first certificate in a file expires. An error if the file has none.
 hal::Result<std::chrono::system_clock::time_point> expiry_of_certificate(const std::string& path);
 
 }  // namespace hapticd::server

@@ -12,7 +12,7 @@ namespace hapticd::server {
 namespace {
 
 constexpr std::size_t kMaxKeys = 256;
-/// Of one identity: it must not use up those of the others.
+/// Maximum number of keys of one identity: it must not use up those of the others.
 constexpr std::size_t kMaxKeysEach = 8;
 constexpr std::chrono::seconds kKeyLife{60};
 constexpr std::chrono::seconds kReportLife{3};
@@ -47,7 +47,7 @@ void ConsoleRegistry::forget_old_keys(std::chrono::steady_clock::time_point now)
   std::erase_if(keys_, [&](const auto& entry) { return entry.second.until <= now; });
 }
 
-/// So that it may have one more.
+/// Forgets the oldest keys of an identity, so that it may have one more.
 void ConsoleRegistry::forget_surplus_of(const std::string& name) {
   std::size_t count = 0;
   auto oldest = keys_.end();

@@ -26,13 +26,13 @@ class ConsoleRegistry {
 
   /// Counts for 3 s.
   void report(Urls urls);
-  /// Empty if no console has reported itself within this time.
+  /// Addresses of a console; empty if none has reported itself within this time.
   Urls urls() const;
 
-  /// A key for a browser of the identity with this name. Works once, for a minute. Of its keys the last 8
-  /// work. Empty: others have too many open.
+  /// Issues a key for a browser of the identity with this name. It works once, for a minute. The last 8 keys
+  /// of an identity work. Empty: others have too many open.
   std::string issue_key(const std::string& name);
-  /// The name that a key was issued for; nothing if the key is unknown, used or too old.
+  /// Redeems a key: the name that it was issued for; nothing if it is unknown, used or too old.
   std::optional<std::string> redeem(std::string_view key);
 
  private:

@@ -7,7 +7,7 @@
 
 namespace hapticd::server {
 
-/// Where a client comes from.
+/// Kind of connection by which a client comes.
 enum class ConnectionKind : std::uint8_t {
   kLoopback,
   kUnixSocket,
@@ -15,9 +15,10 @@ enum class ConnectionKind : std::uint8_t {
   kConsole,  ///< the unix socket, by a user whose programs may be consoles
 };
 
-/// Who a client is, by the transport of its connection. Only a console can name another one (AccessGate).
+/// Identity of a client, by the transport of its connection. Only a console can name another one
+/// (AccessGate).
 struct Identity {
-  /// "user:anna" of this machine, "local" where the user could not be found out,
+  /// "user:anna" of this machine, "local" if the user could not be found out,
   /// "spiffe://LAB/hapticd/ROLE/NAME" of a certificate.
   std::string name;
   ConnectionKind connection = ConnectionKind::kLoopback;

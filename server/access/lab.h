@@ -6,7 +6,7 @@
 
 namespace hapticd::server {
 
-/// The configuration with the lab whose certificates have a role: where none is configured, that of the
+/// Returns the configuration with the lab whose certificates have a role: if none is configured, that of the
 /// daemon's own certificate. `certificates`: folder; empty: there are none.
 AccessConfig with_lab(AccessConfig access, const std::string& certificates);
 

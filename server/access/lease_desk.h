@@ -18,8 +18,9 @@
 
 namespace hapticd::server {
 
-/// Who controls the rig. Every change of control has a number, which goes to the loop at the same instant: a
-/// command carries the number under which it was admitted, and at its tick the loop compares. Any thread.
+/// Manages who controls the rig. Every change of control has a number, which goes to the loop at the same
+/// instant: a command carries the number under which it was admitted, and at its tick the loop compares. Any
+/// thread.
 class LeaseDesk {
  public:
   using Clock = std::chrono::steady_clock;
@@ -28,11 +29,12 @@ class LeaseDesk {
   /// that noticed the change, before its call returns. No lock is held meanwhile, so other calls go on;
   /// changes that follow one another at once may reach the rest in another order, which their numbers show.
   struct Effects {
-    /// To the loop: commands under a lower number take no effect any more. Returns the last completed tick.
+    /// Publishes a number to the loop: commands under a lower one take no effect any more. Returns the last
+    /// completed tick.
     Callback<std::uint64_t(std::uint64_t number)> publish = [](std::uint64_t) { return std::uint64_t{0}; };
-    /// The holder was not heard of.
+    /// Called when the holder was not heard of.
     Callback<void(LeaseExpiry)> expired = [](LeaseExpiry) {};
-    /// A lease that was held is over against its holder's will: ends what runs under this number.
+    /// Called when a lease that was held is over against its holder's will: ends what runs under this number.
     Callback<void(std::uint64_t number, const hal::Error& why)> lost = [](auto, const auto&) {};
   };
 
@@ -43,15 +45,15 @@ class LeaseDesk {
 
   struct Admitted {
     std::uint64_t number = 0;  ///< the command goes under it
-    bool by_holder = false;    ///< not merely because no one holds the lease
+    bool by_holder = false;    ///< not merely because the lease has no holder
   };
-  /// Whose command it has to be while a client holds the lease: that of the program with its token, or of any
+  /// Holder by whom a command has to come while a client holds the lease: the program with its token, or any
   /// program of the same identity.
   enum class Holder : std::uint8_t { kProgram, kIdentity };
-  /// Whether a command may be given now. Renews the lease of its holder.
+  /// Admits a command if it may be given now. Renews the lease of its holder.
   Outcome<Admitted> admit(const Identity& who, const std::string& token, LeaseRule rule,
                           Holder holder = Holder::kProgram) EXCLUDES(mutex_);
-  /// The holder was heard of. Nothing where the token is of no lease in force.
+  /// Notes that the holder was heard of. Nothing if the token is of no lease in force.
   void note_use(const Identity& who, const std::string& token) EXCLUDES(mutex_);
 
   Outcome<LeaseGranted> acquire(const Identity& who, const LeaseTerms& terms);
@@ -64,7 +66,7 @@ class LeaseDesk {
   LeaseSnapshot snapshot() const;
   /// The state, once it differs from that of `version`, or at `until`.
   LeaseSnapshot await_change(std::uint64_t version, Clock::time_point until) const;
-  /// Why what was admitted under `number` may command no longer; nothing while it may.
+  /// Reason why what was admitted under `number` may command no longer; nothing while it may.
   std::optional<Refusal> lost(std::uint64_t number) const;
   /// Ends all waits.
   void shutdown();
@@ -104,7 +106,7 @@ class LeaseDesk {
     std::vector<std::pair<std::uint64_t, hal::Error>> lost;
     std::vector<std::string> log;
   };
-  /// Performs them. Returns the tick after which control has changed; 0 where it has not.
+  /// Performs them. Returns the tick after which control has changed; 0 if it has not.
   std::uint64_t perform(const Due& due) const EXCLUDES(mutex_);
   /// Performs them when it is destroyed: declared before the lock, that is after the lock is free.
   class Afterwards {
@@ -127,12 +129,12 @@ class LeaseDesk {
   Outcome<LeaseGranted> take_collecting(const Identity& who, const LeaseTerms& terms,
                                         const std::string& reason, const Caller& caller, Due& due)
       EXCLUDES(mutex_);
-  /// Control changes: the number rises. The holder is removed.
+  /// Changes the control: the number rises, the holder is removed.
   void change_control(LeaseChange change, const std::string& by, const std::string& reason, Due& due)
       REQUIRES(mutex_);
   LeaseSnapshot snapshot_locked() const REQUIRES(mutex_);
   Refusal held_by_another(Clock::time_point now) const REQUIRES(mutex_);
-  /// Why a lease is over: by its token, or by its number. The last change where it is not remembered.
+  /// Reason why a lease is over: by its token, or by its number. The last change if it is not remembered.
   Refusal over(const std::string& token, std::uint64_t number = 0) const REQUIRES(mutex_);
   void expire_locked(Due& due) REQUIRES(mutex_);
   void run();

@@ -35,7 +35,7 @@ struct LeaseView {
   bool is_stale = false;
 };
 
-/// As its holder gets it.
+/// Lease as its holder gets it.
 struct LeaseGranted {
   LeaseView lease;
   std::string token;
@@ -47,7 +47,7 @@ struct LeaseSnapshot {
   LeaseChange change = LeaseChange::kNone;
   std::string changed_by;
   std::string reason;
-  std::string taker;  ///< waits to take it; empty: no one
+  std::string taker;  ///< waits to take it; empty: no client does
   std::string take_reason;
   double taken_in_s = 0.0;
   std::uint64_t number = 0;

@@ -87,7 +87,7 @@ std::optional<unsigned> PeerLookup::user_of_loopback_peer(int descriptor) {
   const bool is_complete = size >= static_cast<ssize_t>(NLMSG_LENGTH(sizeof(inet_diag_msg)));
   if (!is_complete || header->nlmsg_type != SOCK_DIAG_BY_FAMILY) return std::nullopt;
   const auto* found = reinterpret_cast<const inet_diag_msg*>(answer.data() + NLMSG_HDRLEN);
-  // Once its owner has closed it, a socket belongs to no one, which reads as user 0.
+  // A socket that its owner has closed has no owner, which reads as user 0.
   if (found->idiag_inode == 0) return std::nullopt;
   return found->idiag_uid;
 }

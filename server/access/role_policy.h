@@ -15,7 +15,7 @@ struct CertificateName {
   Role role = Role::kNone;
   std::string name;
 };
-/// Nothing where the text is no such name.
+/// Reads a name; nothing if the text is not such a name.
 std::optional<CertificateName> parse_certificate_name(std::string_view uri);
 
 /// A user of this machine.
@@ -24,21 +24,23 @@ struct LocalUser {
   std::vector<std::string> groups;  ///< by name
 };
 
-/// From what a connection shows to an identity with its role, by the configuration. Where several lines name
-/// a user, the one of the user counts before those of its groups, and of its groups the highest role.
+/// Finds the identity and its role by what a connection shows, by the configuration. If several lines name a
+/// user, the one of the user counts before those of its groups, and of its groups the highest role.
 class RolePolicy {
  public:
   explicit RolePolicy(AccessConfig config) : config_(std::move(config)) {}
 
-  /// A user over loopback. One that is not known has the local_role, but is refused as soon as [access] names
-  /// any user or group, or denies anyone: otherwise who is named could choose to be unknown.
+  /// Identity of a user over loopback. One that is not known has the local_role, but is refused as soon as
+  /// [access] names any user or group, or denies anyone: otherwise a user who is named could choose to be
+  /// unknown.
   Identity of_user(const LocalUser& user) const;
-  /// A user over the unix socket, which only `group` may open: a line of it counts as one of the user's own.
+  /// Identity of a user over the unix socket, which only `group` may open: a line of it counts as one of the
+  /// user's own.
   Identity of_unix_user(const LocalUser& user, const std::string& group) const;
-  /// `uri`: of the client's certificate, empty where it has none; `serial` in hexadecimal digits. The role
-  /// that it names counts only where it names the lab of this daemon ([access] lab).
+  /// `uri`: of the client's certificate, empty if it has none; `serial` in hexadecimal digits. The role that
+  /// it names counts only if it names the lab of this daemon ([access] lab).
   Identity of_certificate(const std::string& uri, const std::string& serial) const;
-  /// Whether any line of the deny list names a serial number: only then it has to be found out.
+  /// True if any line of the deny list names a serial number: only then it has to be found out.
   bool denies_serials() const;
 
   LeaseRule lease_rule(const Identity& identity) const;

@@ -15,20 +15,20 @@ enum class Role : std::uint8_t {
   kConsole,  ///< of calls: needs a console, see Identity::is_console. No identity has it
 };
 
-/// When a command needs a lease.
+/// Rule that says when a command needs a lease.
 enum class LeaseRule : std::uint8_t {
   kByConnection,  ///< when taken from this machine, required from elsewhere
   kWhenTaken,     ///< only while some client holds one
   kRequired,
 };
 
-/// Who may do what: [access] of the configuration.
+/// Rights of clients: [access] of the configuration.
 struct AccessConfig {
   LeaseRule lease = LeaseRule::kByConnection;
   double take_notice_s = 3.0;           ///< how long a holder keeps a lease that is being taken
   Role local_role = Role::kMaintainer;  ///< of users of this machine whom nothing below names
-  /// Of the certificates whose roles count. Empty: the organisation of the daemon's own certificate, which is
-  /// what make_certificates.sh writes there.
+  /// Lab of the certificates whose roles count. Empty: the organisation of the daemon's own certificate,
+  /// which is what make_certificates.sh writes there.
   std::string lab;
   std::string unix_socket_group;       ///< may open the unix socket; empty = the daemon's own group
   std::map<std::string, Role> users;   ///< [access.users], of this machine

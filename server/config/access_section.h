@@ -9,7 +9,7 @@ namespace hapticd::server {
 
 /// Reads [access].
 void read_access(TomlTable table, AccessConfig& access);
-/// The section with every default; reads back as the same.
+/// Writes the section with every default; reads back as the same.
 std::string write_access(const AccessConfig& access);
 
 }  // namespace hapticd::server

@@ -32,7 +32,7 @@ constexpr Range kWakeEarlyShare{0.0, 0.5, ""};
 constexpr Range kScale{-1e9, 1e9, ""};
 constexpr Range kBiasS{0.0, 3600.0, "s"};
 
-// For [guard]. Zero, where it is allowed, means the device's own.
+// For [guard]. Zero, if it is allowed, means the device's own.
 constexpr Range kCeilingN{0.0, 100.0, "N"};
 constexpr Range kCeilingNPerS{0.0, 1e6, "N/s"};
 constexpr Range kCeilingW{0.01, 100.0, "W"};

@@ -78,8 +78,8 @@ struct DaemonConfig {
 
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
 
-  /// Where the daemon marks that it runs: after a crash it then starts without force. Empty: nowhere. No key:
-  /// hapticd itself takes the folder that systemd gives to a service.
+  /// Folder in which the daemon marks that it runs: after a crash it then starts without force. Empty:
+  /// nowhere. No key: hapticd itself takes the folder that systemd gives to a service.
   std::string state_folder;
 
   DaemonConfig() {
@@ -105,11 +105,12 @@ struct ConfigOverrides {
 
 /// Reads a configuration file. Unknown keys are errors, by name and line.
 hal::Result<DaemonConfig> read_config(const std::string& path);
-/// The same from text; `source` names it in errors.
+/// Parses a configuration from text; `source` names it in errors.
 hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source);
-/// The command line goes before the file, the file before the defaults; then all values are checked together.
+/// Puts the command line before the file, and the file before the defaults; then all values are checked
+/// together.
 hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverrides& overrides);
-/// The whole configuration as TOML, with every default; reads back as the same.
+/// Writes the whole configuration as TOML, with every default; reads back as the same.
 std::string write_config(const DaemonConfig& config);
 
 /// Reads "sim", "sim:PRESET", "sim:PRESET:lab" or "replay:PATH?force=load_uN&position=tip_um&speed=recorded"

@@ -6,8 +6,8 @@
 
 namespace hapticd::server {
 
-/// Which programs may call on behalf of others: [console]. The page itself is a program of its own,
-/// hapticd-console, with a configuration of its own.
+/// Programs that may call on behalf of others: [console]. The page itself is a separate program,
+/// hapticd-console, with its own configuration.
 struct ConsoleConfig {
   /// [console] user: its connections over the unix socket may, next to those of the daemon's own user. A user
   /// that does not exist, or an empty text: only the latter.
@@ -15,7 +15,7 @@ struct ConsoleConfig {
 };
 
 void read_console(TomlTable table, ConsoleConfig& console);
-/// The section with every default; reads back as the same.
+/// Writes the section with every default; reads back as the same.
 std::string write_console(const ConsoleConfig& console);
 
 }  // namespace hapticd::server

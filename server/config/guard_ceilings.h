@@ -31,13 +31,13 @@ struct GuardCeilings {
 /// The ceilings on this device, every "the device's own" filled in.
 GuardCeilings on_device(const GuardCeilings& ceilings, const hal::DeviceInfo& device);
 
-/// Before a scene is resolved: what it leaves to the daemon (zeros, and values that are SceneSpec's own
-/// defaults) keeps to the ceilings; each value that is not what the scene would have got without them is
-/// reported in `remarks`.
+/// Fills in, before a scene is resolved, what it leaves to the daemon (zeros, and SceneSpec's defaults)
+/// within the ceilings; each value that differs from what the scene would have got without them is reported
+/// in `remarks`.
 void fill_from_ceilings(const GuardCeilings& ceilings, const hal::DeviceInfo& device, rt::SceneSpec& scene,
                         std::vector<std::string>& remarks);
 
-/// After it is resolved: an error where it asks for more than a ceiling or less than a floor, by the scene's
+/// Checks a resolved scene: an error if it asks for more than a ceiling or less than a floor, by the scene's
 /// key, with the limit and the key of [guard].
 std::optional<hal::Error> check_ceilings(const GuardCeilings& ceilings, const hal::DeviceInfo& device,
                                          const rt::SceneSpec& resolved);

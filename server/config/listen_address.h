@@ -8,7 +8,7 @@
 
 namespace hapticd::server {
 
-/// Where the service listens on TCP.
+/// Address on which the service listens on TCP.
 struct ListenAddress {
   std::string host = "127.0.0.1";
   std::uint16_t port = 50051;  ///< 0 = any free one
@@ -21,7 +21,7 @@ struct ListenAddress {
 /// connection is neither encrypted nor authenticated, and force goes to a person's hand. `where` is for the
 /// error.
 hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::string_view where);
-/// The same for connections with certificates: any address of this machine, in numbers.
+/// Parses an address for connections with certificates: any address of this machine, in numbers.
 hal::Result<ListenAddress> parse_tls_address(std::string_view text, std::string_view where);
 
 }  // namespace hapticd::server

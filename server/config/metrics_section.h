@@ -17,7 +17,7 @@ struct MetricsConfig {
 
 /// Reads [metrics]; `source` names the file in errors.
 std::optional<hal::Error> read_metrics(TomlTable table, const std::string& source, MetricsConfig& metrics);
-/// The section with every default; reads back as the same.
+/// Writes the section with every default; reads back as the same.
 std::string write_metrics(const MetricsConfig& metrics);
 
 }  // namespace hapticd::server

@@ -16,7 +16,7 @@ enum class WhenFull : std::uint8_t {
 /// Recordings and incidents in the daemon.
 struct RecordingConfig {
   /// [recording] folder: of recordings, incidents and the flight recorder. Empty: next to the store of
-  /// models, and where that is in memory nothing is recorded.
+  /// models, and if that is in memory nothing is recorded.
   std::string folder;
   double quota_mb = 20'000.0;            ///< [recording] quota_mb: of all recordings together, 10⁶ bytes
   WhenFull when_full = WhenFull::kStop;  ///< [recording] when_full
@@ -28,7 +28,7 @@ struct RecordingConfig {
 };
 
 void read_recording(TomlTable table, RecordingConfig& recording);
-/// The section with every default; reads back as the same.
+/// Writes the section with every default; reads back as the same.
 std::string write_recording(const RecordingConfig& recording);
 
 }  // namespace hapticd::server

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMaxEndpoints = 16;
 constexpr Range kEndpointTimeoutMs{50.0, 60000.0, "ms"};
 
-/// Why the name of an endpoint cannot be used.
+/// Reason why the name of an endpoint cannot be used.
 std::optional<hal::Error> check_endpoint_name(const std::string& name,
                                               const std::vector<EndpointConfig>& others) {
   if (auto error = check_name("endpoint", name, "")) return error;

@@ -9,7 +9,7 @@ namespace hapticd::server {
 
 /// Reads [watchdog].
 void read_watchdog(TomlTable table, WatchdogConfig& watchdog);
-/// The section; reads back as the same.
+/// Writes the section; reads back as the same.
 std::string write_watchdog(const WatchdogConfig& watchdog);
 
 }  // namespace hapticd::server

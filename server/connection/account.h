@@ -6,7 +6,7 @@
 
 namespace hapticd::server {
 
-/// So many at once, and so many a second in the long run.
+/// Allowance of so many at once, and so many a second in the long run.
 class Allowance {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -34,7 +34,7 @@ struct AccountLimits {
   std::size_t max_unfinished_bytes = std::size_t{32} << 20U;  ///< of headers and requests of those calls
   double max_resets_at_once = 500.0;                          ///< calls that the client gave up
   double max_resets_per_s = 100.0;
-  double max_controls_at_once = 2000.0;  ///< pings, settings and other frames that are no part of a call
+  double max_controls_at_once = 2000.0;  ///< pings, settings and other frames outside calls
   double max_controls_per_s = 500.0;
 };
 

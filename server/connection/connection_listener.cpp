@@ -30,10 +30,10 @@ namespace {
 constexpr rlim_t kReserve = 128;
 /// What the process has open without connections.
 constexpr std::size_t kUsual = 50;
-/// Of a connection: its own, and a pair through which it is passed on.
+/// Descriptors of a connection: its own, and a pair through which it is passed on.
 constexpr std::size_t kDescriptorsPerConnection = 3;
 constexpr std::size_t kMaxConnections = 2048;
-/// To find two free ports next to each other.
+/// Maximum number of tries to find two free ports next to each other.
 constexpr int kMaxTries = 100;
 constexpr int kMaxRetryMs = 10;
 constexpr std::uint64_t kRefusalsBetweenWarnings = 1000;
@@ -102,7 +102,7 @@ std::vector<Address> addresses_of(const ListenAddress& listen, std::string& reas
   return all;
 }
 
-/// Listening, or -1 with the reason in errno.
+/// Listens; returns the descriptor, or -1 with the reason in errno.
 int listen_at(Address address) {
   const int family = address.bytes.ss_family;
   const int descriptor = socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -209,7 +209,7 @@ hal::Result<bool> ConnectionListener::open_unix(const std::string& path, const s
   address.length = sizeof name;
   const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor < 0) return no_unix_socket(path, std::strerror(errno));
-  // Who may not open it must not reach it in between either: it listens last.
+  // A user who may not open it must not reach it in between either: it listens last.
   const bool bound = bind(descriptor, address.any(), address.length) == 0;
   const bool listens = bound && (group.empty() || chown(path.c_str(), static_cast<uid_t>(-1), owner) == 0) &&
                        chmod(path.c_str(), 0660) == 0 && ::listen(descriptor, SOMAXCONN) == 0;
@@ -225,7 +225,8 @@ hal::Result<bool> ConnectionListener::open_unix(const std::string& path, const s
   return open_datagram(path + StopSockets::kDatagramEnding);
 }
 
-// All users of this machine may stop, over loopback as well: who may reach the folder may use it.
+// Opens the datagram socket. All users of this machine may stop, over loopback as well: whoever may reach the
+// folder may use it.
 hal::Result<bool> ConnectionListener::open_datagram(const std::string& path) {
   Address address;
   auto& name = reinterpret_cast<sockaddr_un&>(address.bytes);
@@ -233,7 +234,7 @@ hal::Result<bool> ConnectionListener::open_datagram(const std::string& path) {
   name.sun_family = AF_UNIX;
   std::memcpy(name.sun_path, path.c_str(), path.size() + 1);
   address.length = sizeof name;
-  unlink(path.c_str());  // left behind; the lock of the unix socket shows that no one else uses it
+  unlink(path.c_str());  // left behind; the lock of the unix socket shows that no other process uses it
   const int descriptor = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const int on = 1;
   if (descriptor < 0) return no_unix_socket(path, std::strerror(errno));

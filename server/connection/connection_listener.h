@@ -31,7 +31,7 @@ class ConnectionListener {
     std::string unix_socket;  ///< empty: none. A path that exists must be free
     std::string unix_group;   ///< may open it; empty: the own group of the process
     std::optional<ListenAddress> tls;
-    /// Whether a user's connections over the unix socket are those of a console (kConsole). Asked in the
+    /// True if a user's connections over the unix socket are those of a console (kConsole). Asked in the
     /// listener's thread.
     std::function<bool(unsigned user)> is_console_user;
   };
@@ -49,13 +49,13 @@ class ConnectionListener {
   void stop();
   /// The TCP port in use.
   std::uint16_t port() const { return port_; }
-  /// That of connections with certificates; 0 where there are none.
+  /// Port of connections with certificates; 0 if there are none.
   std::uint16_t tls_port() const { return tls_port_; }
-  /// What stops come by. Once.
+  /// Sockets by which stops come. To be taken once.
   StopSockets take_stop_sockets() { return std::move(stop_); }
-  /// How many connections there are descriptors for, with those that pass them on.
+  /// Number of connections for which there are descriptors, with those that pass them on.
   std::size_t max_connections() const;
-  /// Who may open the unix socket.
+  /// Group that may open the unix socket.
   const std::string& unix_group() const { return unix_group_; }
 
  private:
@@ -73,7 +73,7 @@ class ConnectionListener {
   /// Accepts and closes a connection for which there is no descriptor, using the reserved one.
   bool turn_away(int listening);
   void note_refused();
-  /// What a connection is by the user at its other end.
+  /// Kind of a connection by the user at its other end.
   ConnectionKind kind_of(int descriptor, ConnectionKind listening) const;
 
   std::vector<Listening> listening_;

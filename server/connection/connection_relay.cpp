@@ -24,14 +24,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kLookInterval{1};
-/// For a client to take what was sent last, after the service has closed the connection.
+/// Time for a client to take what was sent last, after the service has closed the connection.
 constexpr std::chrono::seconds kMaxLinger{1};
-/// For one call of a client that is denied.
+/// Time for one call of a client that is denied.
 constexpr std::chrono::seconds kMaxDenied{5};
-/// Ahead of the threads of gRPC, where the system allows it.
+/// Ahead of the threads of gRPC, if the system allows it.
 constexpr int kNice = -5;
 
-/// A console calls for many people, and bounds what each of them may.
+/// Limits of a console, which calls for many people, and bounds what each of them may.
 AccountLimits of_console(AccountLimits limits) {
   constexpr int kPeople = 4;
   limits.max_calls *= kPeople;
@@ -246,8 +246,8 @@ void ConnectionRelay::watch(RelayedConnection& connection) {
       (reads_inner ? EPOLLIN : 0U) | (connection.to_service.empty() ? 0U : EPOLLOUT));
 }
 
-// Closed at once, bytes of the client that are still unread would have the kernel throw away what was sent to
-// it last.
+// Parts from a client. If it were closed at once, bytes of the client that are still unread would have the
+// kernel throw away what was sent to it last.
 void ConnectionRelay::part(RelayedConnection& connection, Clock::time_point now) {
   if (connection.tls && connection.frames) connection.tls->end();
   end_handshake(connection);
@@ -299,7 +299,7 @@ void ConnectionRelay::forget_ended() {
   ended_.clear();
 }
 
-/// At most one line a second: clients must not fill the log.
+/// Logs at most one line a second: clients must not fill the log.
 void ConnectionRelay::note(const RelayedConnection& connection, std::string_view why) {
   const Clock::time_point now = Clock::now();
   if (now < next_note_) {

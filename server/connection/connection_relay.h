@@ -23,20 +23,19 @@ namespace hapticd::server {
 class RelayedConnection;
 class RolePolicy;
 
-/// Stands between the clients and gRPC: a thread that passes the bytes of each connection on to one end of a
+/// Relay between the clients and gRPC: a thread that passes the bytes of each connection on to one end of a
 /// pair of sockets, of which gRPC serves the other. It ends TLS, finds out who a client is by its
 /// certificate, and counts for each identity what is under way (Http2Watch). A client that goes beyond
 /// AccountLimits loses the connection by which it does; one that is denied gets the answer to one call. So a
 /// client can fill neither the memory nor the places of others:
-///  - each identity has so many connections, at most half of all. For a new one its oldest connection without
-///  a
-///    call is closed;
+///  - each identity has so many connections, at most half of all. For a new one its oldest connection that
+///    has no call is closed;
 ///  - so many strangers may shake hands at once. For a new one the oldest of the address that has the most is
 ///    closed.
 class ConnectionRelay {
  public:
   static constexpr std::size_t kMaxStrangers = 64;
-  /// From the beginning of a connection until its client speaks HTTP/2.
+  /// Time from the beginning of a connection until its client speaks HTTP/2.
   static constexpr std::chrono::seconds kMaxHandshake{10};
 
   struct Parts {
@@ -70,7 +69,7 @@ class ConnectionRelay {
   void serve(RelayedConnection& connection, std::array<char, 16'384>& buffer);
   void take_arrivals();
   void begin(Arrival arrival);
-  /// Its client is known now.
+  /// Admits a connection whose client is known now.
   void admit(RelayedConnection& connection, std::chrono::steady_clock::time_point now);
   std::shared_ptr<Account> account_of(const Identity& who);
   /// False when all connections that could make room have calls.

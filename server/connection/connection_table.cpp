@@ -13,8 +13,8 @@ constexpr std::string_view kName = "hapticd-connection-";
 constexpr char kAdmitted = 'a';
 constexpr char kDenied = 'd';
 
-/// Not to be known before: who gives the name to a socket first keeps it from the relay, and every user of
-/// this machine may.
+/// Name that cannot be known before: whoever gives the name to a socket first keeps it from the relay, and
+/// every user of this machine may.
 std::uint64_t unforeseeable() {
   std::uint64_t bits = 0;
   while (getrandom(&bits, sizeof bits, 0) != static_cast<ssize_t>(sizeof bits)) {

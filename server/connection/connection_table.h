@@ -14,23 +14,24 @@
 
 namespace hapticd::server {
 
-/// Who is behind each connection, found out once, when it was made, and kept as long as it lasts. gRPC shows
-/// a call only the address of its peer, which here is the name of a relay's end: it holds the connection's
-/// number, and whether its client is denied. Any thread.
+/// Clients behind the connections, found out once, when each was made, and kept as long as it lasts. gRPC
+/// shows a call only the address of its peer, which here is the name of a relay's end: it holds the
+/// connection's number, and whether its client is denied. Any thread.
 class ConnectionTable {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// The name, which the relay gives to its end (an abstract unix socket).
+  /// Adds an identity; returns the name, which the relay gives to its end (an abstract unix socket).
   std::string add(Identity who);
-  /// It is closed. Kept for a while: calls that came before may still begin.
+  /// Closes an entry. It is kept for a while: calls that came before may still begin.
   void close(std::string_view name, Clock::time_point now);
-  /// By the peer as gRPC names it. Nothing for calls within the process and for connections that are long
-  /// closed.
+  /// Finds a client by the peer as gRPC names it. Nothing for calls within the process and for connections
+  /// that are long closed.
   std::optional<Identity> find(std::string_view peer) const;
-  /// Whether the peer is a relay's end, also where find() no longer knows the connection.
+  /// True if the peer is a relay's end, also if find() no longer knows the connection.
   static bool is_relayed(std::string_view peer);
-  /// By the peer's name alone, without a lock: for a stop, which waits for nothing.
+  /// True if the client is denied, by the peer's name alone, without a lock: for a stop, which waits for
+  /// nothing.
   static bool is_denied(std::string_view peer);
 
  private:
@@ -40,7 +41,7 @@ class ConnectionTable {
   mutable Mutex mutex_;
   std::uint64_t last_ GUARDED_BY(mutex_) = 0;
   std::map<std::uint64_t, Identity> connections_ GUARDED_BY(mutex_);
-  /// Until when they are kept.
+  /// Times until which closed entries are kept.
   std::deque<std::pair<Clock::time_point, std::uint64_t>> closed_ GUARDED_BY(mutex_);
 };
 

@@ -31,7 +31,7 @@ class Http2Watch {
   /// Bytes of the service.
   void from_service(std::string_view bytes);
 
-  /// The client has begun to speak HTTP/2.
+  /// True if the client has begun to speak HTTP/2.
   bool has_begun() const noexcept { return preface_seen_ == kPreface.size(); }
   std::size_t calls() const noexcept { return calls_.size(); }
   std::uint64_t calls_begun() const noexcept { return calls_begun_; }

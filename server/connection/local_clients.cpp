@@ -44,7 +44,8 @@ Identity LocalClients::identify(int descriptor, ConnectionKind kind) {
   return who;
 }
 
-// The names may be those of a directory in the network: asking for each connection would take too long.
+// Looks up a user once: the names may be those of a directory in the network, and asking for each connection
+// would take too long.
 LocalUser LocalClients::look_up(unsigned id) {
   const auto now = std::chrono::steady_clock::now();
   if (now >= forget_at_) {

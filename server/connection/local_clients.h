@@ -11,12 +11,12 @@ namespace hapticd::server {
 
 class RolePolicy;
 
-/// The address of a connection's other end: "ipv4:127.0.0.1:40712", "ipv6:[::1]:40712", "unix:"; empty where
-/// there is none.
+/// Address of a connection's other end: "ipv4:127.0.0.1:40712", "ipv6:[::1]:40712", "unix:"; empty if there
+/// is none.
 std::string address_of_peer(int descriptor);
 
-/// Who connects within this machine, asked of the kernel when the connection is accepted: before its address
-/// can be used again, and before it can be closed without a trace. One thread.
+/// Finds the user who connects within this machine, asked of the kernel when the connection is accepted:
+/// before its address can be used again, and before it can be closed without a trace. One thread.
 class LocalClients {
  public:
   /// `unix_group`: may open the unix socket.

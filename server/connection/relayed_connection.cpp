@@ -12,9 +12,9 @@ namespace hapticd::server {
 
 namespace {
 
-/// Of one connection before the others have their turn.
+/// Maximum number of reads of one connection before the others have their turn.
 constexpr int kReadsInTurn = 4;
-/// For the service to close a connection that its client has left.
+/// Time for the service to close a connection that its client has left.
 constexpr std::chrono::seconds kMaxLeaving{10};
 
 /// Gives an end of a pair of sockets a name that its other end sees.

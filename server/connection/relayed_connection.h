@@ -53,12 +53,11 @@ class RelayedConnection {
   RelayedConnection(const RelayedConnection&) = delete;
   RelayedConnection& operator=(const RelayedConnection&) = delete;
 
-  /// Makes the end towards the service; returns the one that the service gets, -1 where the system refuses
-  /// it.
+  /// Makes the end towards the service; returns the one that the service gets, -1 if the system refuses it.
   int open_inner(const std::string& its_name);
   void close_inner();
   void close_client();
-  /// What is wrong; empty: nothing.
+  /// Passes bytes on; returns what is wrong, empty: nothing.
   std::string_view pass_to_service(Buffer& buffer, Clock::time_point now);
   /// False when the client is gone.
   bool pass_to_client(Buffer& buffer);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::chrono::seconds kFilesInterval{1};
 
-/// The newest error of the library, which is then forgotten.
+/// Newest error of the library, which is then forgotten.
 std::string tls_problem() {
   const unsigned long code = ERR_peek_last_error();
   const char* reason = code == 0 ? nullptr : ERR_reason_error_string(code);

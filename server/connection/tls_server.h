@@ -26,16 +26,17 @@ class TlsSession {
   TlsSession(const TlsSession&) = delete;
   TlsSession& operator=(const TlsSession&) = delete;
 
-  /// To be called again when the descriptor is ready for wants_write(), else for reading.
+  /// Goes on with the handshake; call it again when the descriptor is ready for wants_write(), else for
+  /// reading.
   Step shake_hands();
   /// Bytes; 0: not now; -1: the other side has ended, or the connection is broken.
   ssize_t read(char* bytes, std::size_t size);
   ssize_t write(std::string_view bytes);
   /// Says goodbye, so that the other side knows that nothing was cut off.
   void end();
-  /// The last step waits until the descriptor can be written to.
+  /// True if the last step waits until the descriptor can be written to.
   bool wants_write() const noexcept { return wants_write_; }
-  /// After the handshake.
+  /// Names of the peer's certificate, after the handshake.
   CertificateNames peer() const;
 
  private:
@@ -49,13 +50,13 @@ class TlsSession {
 /// are read again when they change; connections that exist go on. One thread.
 class TlsServer {
  public:
-  /// `protocol`: of ALPN, e.g. "h2"; empty: none. An error where the files cannot be used.
+  /// `protocol`: of ALPN, e.g. "h2"; empty: none. An error if the files cannot be used.
   static hal::Result<std::unique_ptr<TlsServer>> open(const std::string& folder, std::string protocol);
   ~TlsServer();
   TlsServer(const TlsServer&) = delete;
   TlsServer& operator=(const TlsServer&) = delete;
 
-  /// Nothing where there is no memory.
+  /// Accepts a connection; nothing without memory.
   std::unique_ptr<TlsSession> accept(int descriptor);
 
  private:

@@ -67,7 +67,7 @@ Findings examine_loop(Session& session) {
   return findings;
 }
 
-/// The records of the loaded scene for half a second from construction on, where it uses the force sensor.
+/// The records of the loaded scene for half a second from construction on, if it uses the force sensor.
 class SceneWatch {
  public:
   explicit SceneWatch(const Diagnosed& rig) : rig_(rig), scene_(rig.scenes.current()) {
@@ -84,7 +84,7 @@ class SceneWatch {
   SceneWatch(const SceneWatch&) = delete;
   SceneWatch& operator=(const SceneWatch&) = delete;
 
-  /// Waits for the rest of the half second. Nothing where another scene was loaded meanwhile.
+  /// Waits for the rest of the half second. Nothing if another scene was loaded meanwhile.
   Findings findings() {
     if (!scene_ || !rig_.session.running()) return {};
     std::this_thread::sleep_until(began_ + kWatched);

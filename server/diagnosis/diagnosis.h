@@ -11,10 +11,10 @@ class Session;
 class TelemetryHub;
 class TurntableHost;
 
-/// The findings of a report on a part of the rig.
+/// Examines a report on a part of the rig.
 Findings examine_part(const hal::PartReport& report);
 
-/// Why the guard withholds force, by the newest record; nothing where it does not.
+/// Examines why the guard withholds force, by the newest record; nothing if it does not.
 Findings examine_guard(const rt::TickRecord& newest);
 
 /// What to examine.
@@ -25,8 +25,8 @@ struct Diagnosed {
   TurntableHost& turntable;
 };
 
-/// Machine, loop, guard, the force under the loaded scene, and the parts of the rig. Watches the loop for
-/// half a second; with `probe` it opens hardware that no one needs now, and closes it again.
+/// Examines machine, loop, guard, the force under the loaded scene, and the parts of the rig. Watches the
+/// loop for half a second; with `probe` it opens hardware that is not in use, and closes it again.
 Findings diagnose(const Diagnosed& rig, bool probe);
 
 }  // namespace hapticd::server

@@ -18,7 +18,7 @@ struct Finding {
   FindingSeverity severity = FindingSeverity::kGood;
   std::string topic;  ///< "kernel", "loop", "force sensor" …
   std::string text;
-  std::string remedy;  ///< empty where there is nothing to do
+  std::string remedy;  ///< empty if there is nothing to do
 };
 
 using Findings = std::vector<Finding>;

@@ -19,7 +19,7 @@ class ForceWatch {
 
   explicit ForceWatch(const rt::SceneSpec& resolved);
 
-  /// Call it in the order of the ticks. A change of the scene starts over.
+  /// Adds a record, in the order of the ticks. A change of the scene starts over.
   void add(const rt::TickRecord& record);
   Findings findings() const;
 

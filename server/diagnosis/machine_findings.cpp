@@ -115,7 +115,7 @@ Finding priority(const rt::LoopConfig& loop) {
           "LimitRTPRIO=99 in the service's unit, or ulimit -r 99 for the user (/etc/security/limits.d)"};
 }
 
-/// Of this process, "VmLck:     1234 kB" → 1234; 0 if there is no such line.
+/// Reads a line of this process, "VmLck: 1234 kB" → 1234; 0 if there is no such line.
 long process_kb(const fs::path& file, std::string_view key) {
   std::ifstream status(file);
   for (std::string line; std::getline(status, line);) {

@@ -11,10 +11,10 @@ namespace {
 
 using enum FindingSeverity;
 
-/// Of the quota: beyond that someone should make room.
+/// Share of the quota beyond which someone should make room.
 constexpr double kNearlyFull = 0.9;
 
-/// Off because it was configured so is no problem; off for a cause is one.
+/// Finding of a part that is off: by configuration that is right; for a cause it is a problem.
 Finding off(const char* topic, const Refusal& why) {
   const bool is_configured = why.error.code == hal::ErrorCode::kSwitchedOff;
   return {is_configured ? kNote : kProblem, topic, why.error.text(), why.error.remedy};

@@ -36,7 +36,7 @@ std::string limit_text(rlim_t value, rlim_t unit, const char* name) {
   return value == RLIM_INFINITY ? std::string("unlimited") : fmt::format("{}{}", value / unit, name);
 }
 
-/// The limits are those of this process: where a unit runs it, the unit's, not those of a shell.
+/// Finding on the limits of this process: if a unit runs it, the unit's, not those of a shell.
 Finding limits(const rt::LoopConfig& loop, const fs::path& root) {
   rlimit priority{};
   rlimit locked{};
@@ -57,7 +57,8 @@ Finding limits(const rt::LoopConfig& loop, const fs::path& root) {
           fmt::format("systemctl edit {}: LimitRTPRIO=99 and LimitMEMLOCK=infinity below [Service]", unit)};
 }
 
-/// With groups of real-time threads a service gets no real-time priority, whatever its limits are.
+/// Checks groups of real-time threads: with them a service gets no real-time priority, whatever its limits
+/// are.
 Finding real_time_groups(const fs::path& root) {
   utsname name{};
   uname(&name);
@@ -91,7 +92,7 @@ void add_node(Findings& findings, const fs::path& node, int needed) {
     findings.push_back({kGood, "rights", node.string() + " may be used", ""});
     return;
   }
-  // Root's own: being in its group is no help.
+  // Root's own group: being in it does not help.
   const bool by_group = status.st_gid != 0 && (status.st_mode & S_IWGRP) != 0;
   const std::string group = group_name(status.st_gid);
   findings.push_back(

@@ -66,7 +66,7 @@ constexpr int kMaxThreads = 64;
 /// Calls at once on one connection; more wait at the client. A call takes some 25 kB here before it is
 /// handled.
 constexpr int kMaxStreams = 100;
-/// For the buffers of all calls and connections together.
+/// Memory for the buffers of all calls and connections together.
 constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
 /// Bytes read from a connection at once; a header comes whole.
 constexpr int kMaxRead = 16'384;
@@ -87,7 +87,8 @@ class CrashStackForCallers final : public grpc::experimental::ServerInterceptorF
   }
 };
 
-/// At most one line a second: clients must not fill the log, e.g. with handshakes that fail.
+/// Passes a line of gRPC on, at most one a second: clients must not fill the log, e.g. with handshakes that
+/// fail.
 void pass_on(gpr_log_func_args* line) {
   if (line->severity != GPR_LOG_SEVERITY_ERROR) return;
   static std::atomic<std::int64_t> next_ns{0};
@@ -132,7 +133,7 @@ struct GrpcServer::State {
         event(parts.events),
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
-  /// All of the contract, behind the gate.
+  /// Adds all services of the contract, behind the gate.
   void add_services(SafetyLatch& latch);
   void start_relays(std::unique_ptr<TlsServer> tls, const RolePolicy& policy);
 
@@ -171,8 +172,8 @@ struct GrpcServer::State {
 
 namespace {
 
-/// The daemon's own user, and the one of the configuration. That one may be made while the daemon runs, by
-/// the package of the console: it is looked up until it is there.
+/// Finds the daemon's own user, and the one of the configuration. That one may be made while the daemon runs,
+/// by the package of the console: it is looked up until it is there.
 std::function<bool(unsigned)> console_users(const std::string& name) {
   using Clock = std::chrono::steady_clock;
   return [own = geteuid(), name, found = std::optional<unsigned>(),
@@ -193,7 +194,7 @@ ConnectionListener::Endpoints endpoints_of(const DaemonConfig& config) {
 
 }  // namespace
 
-// No service is registered otherwise than behind the gate.
+// Adds the services; none is registered otherwise than behind the gate.
 void GrpcServer::State::add_services(SafetyLatch& latch) {
   using Context = grpc::CallbackServerContext;
   using Bytes = grpc::ByteBuffer;

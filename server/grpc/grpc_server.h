@@ -63,10 +63,10 @@ class GrpcServer {
     EventBoard& events;
   };
 
-  /// An error when someone listens there already, or the certificates cannot be used: to be asked before
-  /// anything else is taken hold of.
+  /// Checks: an error when another program listens there already, or the certificates cannot be used; to be
+  /// asked before anything else is taken hold of.
   static std::optional<hal::Error> check(const DaemonConfig& config);
-  /// An error when an address cannot be bound. Reports itself as not serving until set otherwise.
+  /// Starts. An error when an address cannot be bound. Reports itself as not serving until set otherwise.
   static hal::Result<std::unique_ptr<GrpcServer>> start(const Parts& parts, const DaemonConfig& config);
   ~GrpcServer();
   GrpcServer(const GrpcServer&) = delete;
@@ -74,14 +74,14 @@ class GrpcServer {
 
   /// The TCP port in use.
   std::uint16_t port() const;
-  /// That of connections with certificates; 0 where there are none.
+  /// Port of connections with certificates; 0 if there are none.
   std::uint16_t tls_port() const;
   void set_serving(bool serving);
-  /// What stops come by that do not pass gRPC. Once.
+  /// Sockets by which stops come that do not pass gRPC. To be taken once.
   StopSockets take_stop_sockets();
-  /// Who may open the unix socket.
+  /// Group that may open the unix socket.
   const std::string& unix_group() const;
-  /// No new calls; those under way may end within `timeout`, then they are cancelled.
+  /// Shuts down: no new calls; those under way may end within `timeout`, then they are cancelled.
   void shutdown(std::chrono::milliseconds timeout);
 
  private:

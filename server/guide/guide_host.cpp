@@ -26,7 +26,7 @@ constexpr milliseconds kLook{2};
 constexpr milliseconds kProgressPeriod{100};
 constexpr const char* kWho = "the guide's motion";
 constexpr const char* kRequest = "MoveToolRequest";
-/// Beyond twice what the way takes.
+/// Time beyond twice what the way takes.
 constexpr double kSpareS = 5.0;
 constexpr double kMaxReachMm = 1000.0;
 
@@ -34,7 +34,7 @@ Refusal refused(RefusalKind kind, hal::Error error, Reason reason = Reason::kOfK
   return {kind, std::move(error), reason};
 }
 
-/// Why a motion that ended so is a failure; nothing where it is none.
+/// Reason why a motion that ended so is a failure; nothing if it is not one.
 std::optional<hal::Error> problem_of(GuideState state) {
   const auto error = [](const char* what, const char* remedy) {
     return hal::Error{what, "guide", "", "", remedy};

@@ -17,7 +17,7 @@ class Session;
 class TelemetryHub;
 class TurntableHost;
 
-/// Where the tool is to be led; exactly one of the first three.
+/// Destination of the tool; exactly one of the first three.
 struct ToolDestination {
   std::optional<hal::Vector3> point_mm;
   std::string above_station;
@@ -33,7 +33,7 @@ struct ToolDestination {
 class GuideHost {
  public:
   struct Status {
-    rt::TickRecord record;  ///< of the tick in which it stood so
+    rt::TickRecord record;  ///< of the tick in which it was so
     hal::Vector3 goal_mm;
   };
   /// Called during the motion, in the thread of the call; false ends it.
@@ -42,7 +42,7 @@ class GuideHost {
   GuideHost(Session& session, SceneHost& scenes, TelemetryHub& hub, TurntableHost& turntable)
       : session_(session), scenes_(scenes), hub_(hub), turntable_(turntable) {}
 
-  /// Returns once the device has let go. Refused where it ended neither at its goal nor in contact.
+  /// Returns once the device has let go. Refused if it ended neither at its goal nor in contact.
   Outcome<Status> move(const ToolDestination& destination, const Caller& caller, const Progress& progress);
 
  private:

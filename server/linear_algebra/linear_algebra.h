@@ -16,9 +16,9 @@ using VectorView = Eigen::Ref<const Eigen::VectorXd>;
 Eigen::VectorXd solve_symmetric(const MatrixView& a, const VectorView& b);
 Eigen::MatrixXd solve_symmetric_columns(const MatrixView& a, const MatrixView& b);
 
-/// The same; returns nothing if a pivot or the estimated reciprocal condition number is not above
-/// `min_pivot`. For sums that are scaled to a unit diagonal: a pivot that is exactly zero is left out of the
-/// condition number.
+/// Solves a symmetric system; returns nothing if a pivot or the estimated reciprocal condition number is not
+/// above `min_pivot`. For sums that are scaled to a unit diagonal: a pivot that is exactly zero is left out
+/// of the condition number.
 std::optional<Eigen::VectorXd> solve_symmetric(const MatrixView& a, const VectorView& b, double min_pivot);
 
 /// Inverts a symmetric, positive or negative semidefinite `a`.

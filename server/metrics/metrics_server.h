@@ -16,7 +16,7 @@ class MetricsServer {
  public:
   using Figures = std::function<RigFigures()>;
 
-  /// An error when the address cannot be bound. `figures` is called by threads of the server.
+  /// Starts. An error when the address cannot be bound. `figures` is called by threads of the server.
   static hal::Result<std::unique_ptr<MetricsServer>> start(const ListenAddress& address, Figures figures);
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;

@@ -30,7 +30,7 @@ struct RigFigures {
   std::vector<hal::PartReport> parts;  ///< with the drivers' own readings, such as temperatures
 };
 
-/// What Prometheus reads. Histograms in seconds, their bounds powers of two of nanoseconds, at which the
+/// Families for Prometheus. Histograms in seconds, their bounds powers of two of nanoseconds, at which the
 /// loop's own histograms are exact. No label has an unbounded number of values.
 std::vector<prometheus::MetricFamily> metric_families(const RigFigures& figures);
 

@@ -19,7 +19,8 @@ std::string number_text(double value) {
   return {text.data(), end};
 }
 
-/// Json::dump() is not used: its numbers depend on its version and are not always the shortest.
+/// Writes canonical text. Json::dump() is not used: its numbers depend on its version and are not always the
+/// shortest.
 void write_canonical(const Json& json, std::string& text) {
   if (json.is_object()) {
     char mark = '{';
@@ -56,7 +57,7 @@ hal::Error not_a_model(hal::ErrorCode code, const std::string& what, const std::
   return {what, where, value, limit, "export the model again where it came from", code};
 }
 
-// What reads it is recursive.
+// Parses JSON of a limited depth: what reads it is recursive.
 hal::Result<Json> parse_json(std::string_view text, const std::string& where) {
   try {
     return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {

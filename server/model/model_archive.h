@@ -139,7 +139,7 @@ class Reader {
   void complain(const std::string& what, hal::ErrorCode code = hal::ErrorCode::kWrongType) {
     if (complaint_.what.empty()) complaint_ = {what, code};
   }
-  /// Keys that no one asked for.
+  /// Checks that no key is left that was not read.
   void finish() {
     if (!json_.is_object() || json_.size() == known_.size()) return;
     for (const auto& [key, value] : json_.items()) {
@@ -235,7 +235,7 @@ void describe(A& archive, rt::FrictionModel& model) {
       archive.complain("unknown tip '" + tip + "'", hal::ErrorCode::kUnknownWord);
     model.tip = tip == "rod" ? rt::Tip::kRod : rt::Tip::kBallBearing;
   }
-  // How well the presliding distance is known stands in the list of parameters.
+  // The list of parameters says how well the presliding distance is known.
   auto& [kinetic, presliding_mm, viscous, exponent, maxwell_slip, listed] = model.friction;
   archive("kinetic", kinetic);
   archive("presliding_mm", presliding_mm);

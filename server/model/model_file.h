@@ -17,7 +17,7 @@ namespace hapticd::server {
 hal::Result<rt::ObjectModel> parse_model(std::string_view text, const std::string& source,
                                          const std::string& name = {});
 
-/// The model as TOML; parse_model() reads it back bit for bit.
+/// Writes the model as TOML; parse_model() reads it back bit for bit.
 std::string write_model(const rt::ObjectModel& model);
 
 }  // namespace hapticd::server

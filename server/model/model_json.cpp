@@ -98,7 +98,7 @@ hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, con
 }
 
 std::string export_json(std::string_view canonical, const std::string& hash) {
-  // The content is there as it was hashed, one long line: no one is tempted to fix it by hand.
+  // The content is there as it was hashed, one long line: so that it is not fixed by hand.
   return "{\n  \"schema\": \"" + std::string(kExportSchema) + "\",\n  \"hash\": \"" + hash +
          "\",\n  \"model\": " + std::string(canonical) + "\n}\n";
 }

@@ -4,7 +4,7 @@
 
 namespace hapticd::pose {
 
-/// How the coordinates of a device's own software stand to the rig's: p_device = R⁻¹ p_rig + origin_mm. By
+/// Relation of the coordinates of a device's own software to the rig's: p_device = R⁻¹ p_rig + origin_mm. By
 /// default they are the rig's.
 struct DeviceFrame {
   hal::Quaternion to_rig;  ///< R, from the device's axes to the rig's

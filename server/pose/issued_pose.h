@@ -10,10 +10,10 @@
 
 namespace hapticd::pose {
 
-/// How the daemon's clock stands to UTC; looked at once a second.
+/// Relation of the daemon's clock to UTC; looked at once a second.
 struct UtcRelation {
   std::int64_t utc_minus_monotonic_ns = 0;
-  std::int64_t bound_ns = 0;  ///< ±; with the kernel's own where it is synchronized
+  std::int64_t bound_ns = 0;  ///< ±; with the kernel's own if it is synchronized
   server::UtcKeeping keeping = server::UtcKeeping::kUnknown;
 };
 
@@ -22,7 +22,7 @@ struct IssuedPose {
   PoseRequest request;
   ToolPose pose;
   RigClock clock;
-  bool has_daemon_time = false;  ///< false where the rig has a time of its own
+  bool has_daemon_time = false;  ///< false if the rig has its own time
   UtcRelation utc;
   std::string encoded;  ///< for the network, by the first subscriber that needs it; the desk's thread only
 };

@@ -7,7 +7,7 @@ namespace hapticd::pose {
 
 namespace {
 
-/// What an acceleration of 1 leaves after τ, of a velocity that is `lag_s` late.
+/// Velocity that is missing after τ by an acceleration of 1, of a velocity that is `lag_s` late.
 double missed_by(double ahead_s, double lag_s) noexcept {
   return ahead_s * (0.5 * ahead_s + lag_s);
 }

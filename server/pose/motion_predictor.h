@@ -23,9 +23,9 @@ struct PredictedMotion {
   bool normal_is_held = false;
 };
 
-/// Where the tip will be: state of order 1, its velocity stays constant. In contact it stays where it is
-/// along the surface's normal and goes on across it: an object stops a tip that a constant velocity would
-/// send through.
+/// Predicts where the tip will be: state of order 1, its velocity stays constant. In contact it stays where
+/// it is along the surface's normal and goes on across it: an object stops a tip that a constant velocity
+/// would send through.
 ///
 ///   p(t + τ) = p + (v - n n·v) τ,  q(t + τ) = exp(ω τ) q
 ///
@@ -52,7 +52,7 @@ class MotionPredictor {
   };
   void follow(const Now& now) noexcept;
 
-  /// From the last `now`; `ahead_s` 0 … kMaxAheadS. With 0: the pose as it is, and no error.
+  /// Motion ahead of the last `now`; `ahead_s` 0 … kMaxAheadS. With 0: the pose as it is, and no error.
   PredictedMotion ahead(double ahead_s) const noexcept;
   const TipMotion& path() const noexcept { return path_; }
   Eigen::Vector3d velocity_mm_per_s() const noexcept { return path_.velocity().mm_per_s; }

@@ -15,12 +15,12 @@ namespace {
 using server::Refusal;
 using server::RefusalKind;
 
-/// After a tick's time its record is there this much later, on most ticks.
+/// Delay after a tick's time by which its record is there, on most ticks.
 constexpr std::int64_t kAfterTickNs = 250'000;
 /// A tick that is late is waited for so often, each time so long.
 constexpr int kMaxRetries = 3;
 constexpr std::int64_t kRetryNs = 250'000;
-/// Without a pose that is due for so long, the thread looks whether the rig's clock has gone on.
+/// Time without a pose that is due after which the thread looks whether the rig's clock has gone on.
 constexpr std::chrono::milliseconds kMaxSleep{200};
 
 Refusal ending() {
@@ -36,7 +36,7 @@ struct PoseDesk::Work {
       : tick_period_ns(std::max<std::int64_t>(1, std::llround(1e9 / rig.rate_hz))),
         maker(rig.device, frame) {}
 
-  /// Rig's clock, as the last tick has it.
+  /// First tick from a time on, by the rig's clock as the last tick has it.
   std::int64_t first_tick_from(std::int64_t time_ns) const {
     if (!maker.begun()) return time_ns;
     const std::int64_t last_ns = maker.last().time_ns - maker.last().timing.wakeup_ns;
@@ -195,7 +195,7 @@ void PoseDesk::run() {
     if (reading) work.clock.follow(*reading);
     const std::int64_t now_ns = server::monotonic_ns();
     look_at_utc(work, now_ns);
-    // The grid that poses are due on: the rig's clock where it runs with the daemon's.
+    // The grid that poses are due on: the rig's clock if it runs with the daemon's.
     const std::int64_t shift_ns = reading ? work.clock.daemon_time(0)->time_ns : 0;
     lock.lock();
 

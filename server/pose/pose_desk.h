@@ -27,7 +27,7 @@ class PoseReceiver {
  public:
   virtual ~PoseReceiver() = default;
   virtual void offer(IssuedPose& issued) = 0;
-  /// No more poses come.
+  /// Ends: no more poses come.
   virtual void end(const server::Refusal& why) = 0;
 };
 
@@ -42,9 +42,9 @@ class PoseDesk {
     const hal::RigInfo& rig;
     DeviceFrame frame;
     const calibration::AdoptedCalibration& calibration;
-    /// What the scene of this generation says; asked when it changes.
+    /// Facts of the scene of this generation; asked when it changes.
     Callback<SceneFacts(std::uint32_t generation)> scene;
-    /// The rig's last reading; nothing where the rig has a time of its own.
+    /// Last reading of the rig; nothing if the rig has its own time.
     Callback<std::optional<rt::RigReading>()> reading;
   };
   explicit PoseDesk(Parts parts);
@@ -64,7 +64,7 @@ class PoseDesk {
   struct Place {
     PoseRequest request;
     std::int64_t period_ns = 0;
-    std::int64_t due_ns = 0;  ///< grid of the rig's clock, or the daemon's where the rig has its own time
+    std::int64_t due_ns = 0;  ///< grid of the rig's clock, or the daemon's if the rig has its own time
     std::uint64_t last_tick = 0;
     bool got_one = false;
     std::weak_ptr<PoseReceiver> receiver;

@@ -16,7 +16,7 @@ Eigen::Quaterniond rotation(const hal::Quaternion& q) noexcept {
                                                 : Eigen::Quaterniond::Identity();
 }
 
-/// What of a record the arm's calibration needs.
+/// Sample with what the arm's calibration needs of a record.
 hal::RigSample sample_of(const rt::TickRecord& record) noexcept {
   hal::RigSample sample;
   sample.tick = record.tick;
@@ -71,7 +71,8 @@ void PoseMaker::follow(const rt::TickRecord& record, const SceneFacts& scene) no
   contact_.follow(record, motion_.path());
 }
 
-// Where the device pushes the tip away from the hand, the tip is deeper than the encoders say: p = p_s - f/k.
+// Bending of the device. If it pushes the tip away from the hand, the tip is deeper than the encoders say: p
+// = p_s - f/k.
 Eigen::Vector3d PoseMaker::bending_mm() const noexcept {
   const double stiffness = scene_.structural_stiffness_n_per_mm;
   if (!(stiffness > 0.0) || (last_.channels & rt::channel::kGuard) == 0) return Eigen::Vector3d::Zero();

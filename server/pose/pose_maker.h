@@ -21,7 +21,7 @@ class PoseMaker {
   void follow(const rt::TickRecord& record, const SceneFacts& scene) noexcept;
   bool begun() const noexcept { return begun_; }
   const rt::TickRecord& last() const noexcept { return last_; }
-  /// When the encoders of the last record were read, rig's clock.
+  /// Time at which the encoders of the last record were read, rig's clock.
   std::int64_t measured_ns() const noexcept { return last_.time_ns - last_.position_age_ns; }
 
   /// `calibration`: the adopted one, or null. The reference frame needs one that is registered; without it

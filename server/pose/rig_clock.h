@@ -13,16 +13,16 @@ struct ClockInstant {
   std::int64_t bound_ns = 0;  ///< ±
 };
 
-/// How the rig's clock stands to CLOCK_MONOTONIC. A reading of the rig was made between two instants of it;
+/// Relation of the rig's clock to CLOCK_MONOTONIC. A reading of the rig was made between two instants of it;
 /// both clocks run alike, so that the bounds of all readings hold for all times, and the intersection is
-/// kept. Where one contradicts the others the rig has left time out (a simulated one that was held up), and
-/// what was known is forgotten.
+/// kept. If one contradicts the others the rig has left time out (a simulated one that was held up), and what
+/// was known is forgotten.
 class RigClock {
  public:
   void follow(const rt::RigReading& reading) noexcept;
   /// Nothing before the first reading.
   std::optional<ClockInstant> daemon_time(std::int64_t rig_ns) const noexcept;
-  /// How often what was known was forgotten.
+  /// Number of times that what was known was forgotten.
   std::uint32_t restarts() const noexcept { return restarts_; }
 
  private:

@@ -8,7 +8,7 @@
 
 namespace hapticd::pose {
 
-/// What the loaded scene says that poses need; null = none is loaded.
+/// Facts of the loaded scene that poses need; null = none is loaded.
 SceneFacts facts_of(const server::ResolvedScene* scene, const hal::DeviceInfo& device);
 
 /// Frame of the configured device's own software.

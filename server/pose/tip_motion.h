@@ -16,14 +16,14 @@ class TipMotion {
   static constexpr double kWindowS = 0.012;  ///< of which the velocity is the mean
   static constexpr double kMaxGapS = 0.05;
 
-  /// Finite numbers only; what is not is left out.
+  /// Follows a position; finite numbers only, others are left out.
   void follow(const Eigen::Vector3d& position_mm, std::int64_t time_ns) noexcept;
   void forget() noexcept { count_ = 0; }
 
   struct Velocity {
     Eigen::Vector3d mm_per_s = Eigen::Vector3d::Zero();
     double lag_s = 0.0;  ///< of what instant before the newest position it is
-    /// Of each component, per mm of standard deviation of a position: 1/s.
+    /// Noise of each component, per mm of standard deviation of a position: 1/s.
     double noise_per_mm = 0.0;
     bool known = false;  ///< false: fewer than three positions; then it is zero
   };

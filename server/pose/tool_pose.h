@@ -12,7 +12,7 @@
 
 namespace hapticd::pose {
 
-/// In whose coordinates a pose is; as v1.PoseFrame.
+/// Frame of a pose; as v1.PoseFrame.
 enum class PoseFrame : std::uint8_t { kRig, kDevice, kReference };
 
 /// What a subscriber wants of each pose.
@@ -50,7 +50,7 @@ struct ToolPose {
   Eigen::Vector3d angular_rad_per_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d bending_mm = Eigen::Vector3d::Zero();  ///< in position_mm
   Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
-  std::optional<double> orientation_sd_rad;  ///< all three axes together; nothing where it is not known
+  std::optional<double> orientation_sd_rad;  ///< all three axes together; nothing if it is not known
   std::uint32_t error_sources = 0;
   std::string calibration;
   PredictedMotion prediction;  ///< its error; position and covariance are those above

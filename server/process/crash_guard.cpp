@@ -18,7 +18,7 @@ constexpr std::size_t kStackBytes = std::size_t{1} << 16U;
 
 std::atomic<hal::Rig*> the_rig{nullptr};
 static_assert(std::atomic<hal::Rig*>::is_always_lock_free);
-/// This thread is in the handler: a second crash in it is in the handler itself.
+/// True while this thread is in the handler: a second crash in it is in the handler itself.
 thread_local volatile sig_atomic_t is_handling = 0;
 
 void take_default_action() noexcept {
@@ -27,7 +27,7 @@ void take_default_action() noexcept {
   for (const int number : kCrashes) sigaction(number, &ends, nullptr);
 }
 
-/// Async-signal-safe, except for the driver's own way of sending its zero.
+/// Handles a crash. Async-signal-safe, except for the driver's own way of sending its zero.
 void on_crash(int number, siginfo_t* info, void*) noexcept {
   if (is_handling == 0) {
     is_handling = 1;

@@ -13,12 +13,12 @@ namespace hapticd::server {
 /// helps.
 void install_crash_handlers();
 
-/// The rig whose device gets the zero; null: none. It must live until another call replaces it. Any
+/// Sets the rig whose device gets the zero; null: none. It must live until another call replaces it. Any
 /// thread.
 void write_zero_in_crash_of(hal::Rig* rig);
 
-/// Gives the handlers a stack of their own in this thread, so that they run also when its stack is used up.
-/// Lasts as long as the thread; a second call does nothing.
+/// Gives the handlers a separate stack in this thread, so that they run also when its stack is used up. Lasts
+/// as long as the thread; a second call does nothing.
 void use_crash_stack() noexcept;
 
 }  // namespace hapticd::server

@@ -12,8 +12,8 @@ namespace hapticd::server {
 /// under `nohup`.
 sigset_t ending_signals();
 
-/// Those that take the force away, and nothing else: SIGUSR1. They are blocked with the ending ones, and read
-/// by signalfd().
+/// Signals that take the force away, and nothing else: SIGUSR1. They are blocked with the ending ones, and
+/// read by signalfd().
 sigset_t stopping_signals();
 
 /// Blocks both in this thread and in those it will start, so that only await_ending_signal() and signalfd()

@@ -16,7 +16,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// Whether someone listens there: a lock file may have been deleted under its holder.
+/// True if a process listens there: a lock file may have been deleted under its holder.
 bool is_served(const std::string& socket_path) {
   sockaddr_un address{};
   if (socket_path.size() >= sizeof address.sun_path) return false;

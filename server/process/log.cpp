@@ -18,9 +18,9 @@ constexpr std::size_t kMaxLines = 2048;
 
 std::atomic<spdlog::level::level_enum> level{spdlog::level::info};
 
-/// Lines are written by a thread of its own: a reader that does not read (a terminal, a pipe) must hold up no
-/// call, least of all a stop. If lines come faster than they are read, the oldest are dropped. The thread begins
-/// with the first line, and has the signals and CPUs of who writes that.
+/// A separate thread writes the lines: a reader that does not read (a terminal, a pipe) must hold up no call,
+/// least of all a stop. If lines come faster than they are read, the oldest are dropped. The thread begins
+/// with the first line, and has the signals and CPUs of the thread that writes it.
 class Log {
  public:
   Log()
@@ -33,7 +33,7 @@ class Log {
     logger_->set_level(spdlog::level::trace);  // write_line() has decided
     logger_->flush_on(spdlog::level::info);
   }
-  /// The thread ends before what it writes to does.
+  /// Ends the thread before what it writes to ends.
   ~Log() { writer_.reset(); }
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
@@ -45,8 +45,8 @@ class Log {
   const std::shared_ptr<spdlog::async_logger> logger_;
 };
 
-
-/// A line may contain text of a client: control characters are escaped, so it is one line and moves no cursor.
+/// Writes a line. It may contain text of a client: control characters are escaped, so it is one line and
+/// moves no cursor.
 void write_line(spdlog::level::level_enum of_line, std::string_view line) {
   if (of_line < level) return;
   static Log log;

@@ -6,7 +6,8 @@
 
 namespace hapticd::server {
 
-/// Each writes one line to standard error. Never called by the loop.
+/// Sets the level of the log. Each function below writes one line to standard error. Never called by the
+/// loop.
 void set_log_level(LogLevel level);
 void log_debug(std::string_view line);
 void log_info(std::string_view line);

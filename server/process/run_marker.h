@@ -8,8 +8,8 @@
 
 namespace hapticd::server {
 
-/// A file that exists while the daemon runs, and stays where it ends in no orderly way: the next run finds it
-/// and starts without force. It also stays where such a run ends before someone has cleared.
+/// A file that exists while the daemon runs, and stays if it ends in no orderly way: the next run finds it
+/// and starts without force. It also stays if such a run ends before someone has cleared.
 class RunMarker {
  public:
   static constexpr const char* kFileName = "running";
@@ -17,12 +17,12 @@ class RunMarker {
   /// Looks for the file of an earlier run in `folder`, and writes that of this one.
   static hal::Result<std::unique_ptr<RunMarker>> leave_in(const std::string& folder);
 
-  /// An earlier run ended in no orderly way.
+  /// True if an earlier run did not end in an orderly way.
   bool found() const { return found_; }
   const std::string& path() const { return path_; }
-  /// Someone has cleared: a clean end may remove the file. Any thread.
+  /// Notes that someone has cleared: a clean end may remove the file. Any thread.
   void acknowledge() { acknowledged_.store(true); }
-  /// At the end of an orderly shutdown.
+  /// Marks the end of an orderly shutdown.
   void end_cleanly();
 
  private:

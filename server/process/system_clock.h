@@ -22,16 +22,16 @@ ClockReading read_clocks();
 enum class UtcKeeping : std::uint8_t { kUnknown, kSynchronized, kUnsynchronized };
 struct KernelClock {
   UtcKeeping utc = UtcKeeping::kUnknown;
-  std::optional<double> max_error_ms;   ///< from UTC; only where it is synchronized
+  std::optional<double> max_error_ms;   ///< from UTC; only if it is synchronized
   std::optional<double> frequency_ppm;  ///< how fast it makes the clocks run, against the oscillator
 };
 KernelClock kernel_clock();
 
-/// Names of the programs of this machine that keep clocks, as far as they can be seen; "unknown" alone where
+/// Names of the programs of this machine that keep clocks, as far as they can be seen; "unknown" alone if
 /// none is: a container does not see those of its host.
 std::vector<std::string> clock_keepers(const std::string& processes = "/proc");
 
-/// Name of this start of the machine; "unknown" where the kernel gives none.
+/// Name of this start of the machine; "unknown" if the kernel gives none.
 std::string boot_name(const std::string& path = "/proc/sys/kernel/random/boot_id");
 
 }  // namespace hapticd::server

@@ -2,7 +2,7 @@
 
 namespace hapticd::server {
 
-/// Of the daemon, e.g. "0.1.0".
+/// Version of the daemon, e.g. "0.1.0".
 const char* version();
 
 }  // namespace hapticd::server

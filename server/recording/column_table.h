@@ -13,7 +13,8 @@ namespace hapticd::server {
 /// The columns that are recorded, and rows of them.
 class ColumnTable {
  public:
-  /// Those of these groups (bits of rt::channel), after "tick", "time_ns" and "scene_generation".
+  /// Table of the columns of these groups (bits of rt::channel), after "tick", "time_ns" and
+  /// "scene_generation".
   ColumnTable(std::span<const TelemetryColumn> all, std::uint32_t channels);
 
   const std::vector<recording::Column>& columns() const { return columns_; }

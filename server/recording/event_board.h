@@ -18,32 +18,32 @@ struct NumberedEvent {
   bool is_in_records = false;  ///< found in the loop's records: whoever records them finds it, too
 };
 
-/// What happened lately, for those who record and those who watch. Any thread; never waits for a disk. The
-/// kinds of which there may be many a second have a place of their own: they drive out no others.
+/// Events of late, for those who record and those who watch. Any thread; never waits for a disk. The kinds of
+/// which there may be many a second have a separate place: they drive out no others.
 class EventBoard {
  public:
   static constexpr std::size_t kKept = 3000;
   static constexpr std::size_t kKeptOfFrequent = 1000;  ///< targets and overruns
 
   void add(recording::Event event) { add(std::move(event), false); }
-  /// One that was found in the loop's records.
+  /// Adds an event that was found in the loop's records.
   void add_from_records(recording::Event event) { add(std::move(event), true); }
 
-  /// For those who record: those that were added after the one of this number, which becomes that of the
-  /// last, without what is in the records. Events that are no longer kept are counted in `missed`.
+  /// Events for those who record: those that were added after the one of this number, which becomes that of
+  /// the last, without what is in the records. Events that are no longer kept are counted in `missed`.
   std::vector<recording::Event> after(std::uint64_t& number, std::uint64_t& missed) const;
-  /// For those who watch: all that are kept after this number, in their order.
+  /// Events for those who watch: all that are kept after this number, in their order.
   std::vector<NumberedEvent> all_after(std::uint64_t number) const;
   /// Number of the last one.
   std::uint64_t last() const;
   /// Waits until there is one after this number, for as long as that at most; false once end() was called.
   bool await_after(std::uint64_t number, std::chrono::milliseconds timeout) const;
-  /// Those who wait are woken, and wait no more.
+  /// Wakes those who wait; they wait no more.
   void end();
 
  private:
   void add(recording::Event event, bool is_in_records);
-  /// By number.
+  /// Collects by number.
   std::vector<NumberedEvent> collect_locked(std::uint64_t number) const REQUIRES(mutex_);
 
   mutable Mutex mutex_;

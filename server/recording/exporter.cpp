@@ -33,7 +33,7 @@ constexpr int kPollMs = 50;
 constexpr int kRefused = 2;
 constexpr std::size_t kMaxWords = std::size_t{1} << 16U;
 
-/// Next to the daemon's own program.
+/// Path of the program, next to the daemon's own.
 std::string program_path() {
   std::error_code failure;
   const fs::path self = fs::read_symlink("/proc/self/exe", failure);
@@ -44,7 +44,7 @@ Refusal cannot_export(const std::string& what, const std::string& value, const s
   return {RefusalKind::kInternal, {what, kProgram, value, "", remedy}};
 }
 
-/// What the program said on its way out.
+/// Refusal with what the program said on its way out.
 Refusal refusal_of(const std::string& words, int status) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == kRefused) {
     const auto json =
@@ -63,7 +63,7 @@ Refusal refusal_of(const std::string& words, int status) {
   return cannot_export("the export failed", end + ": " + shortened(repaired_utf8(words), 500), "");
 }
 
-/// An export ends where so many times keep_free_mb are left: it must not be what ends a recording.
+/// An export ends when so many times keep_free_mb are left: it must not be what ends a recording.
 constexpr double kRoomFactor = 2.0;
 constexpr std::size_t kMaxExportedColumns = 1000;
 constexpr std::size_t kMaxColumnName = 200;
@@ -78,7 +78,7 @@ Refusal no_room(double keep_free_mb) {
           Reason::kDiskFull};
 }
 
-/// They are arguments of a program, whose number the kernel limits.
+/// Checks the columns: they are arguments of a program, whose number the kernel limits.
 std::optional<Refusal> check_columns(const ExportOrder& order) {
   const auto refused = [](const char* what, std::size_t value, const std::string& limit) {
     return Refusal{RefusalKind::kInvalidArgument,
@@ -202,7 +202,7 @@ Outcome<TemporaryExport> export_recording(const std::string& recording, const st
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     Refusal refusal = refusal_of(said, status);
-    // Its owner knows it by its id; the folders of this machine are no client's business.
+    // Its owner knows it by its id; the folders of this machine do not concern a client.
     for (std::string* part : {&refusal.error.where, &refusal.error.value}) {
       replace(*part, recording, fs::path(recording).stem().string());
       replace(*part, table.path(), "export");

@@ -32,9 +32,9 @@ class TemporaryExport {
   std::string path_;
 };
 
-/// Has hapticd-export make a table of a recording, in a process of its own: no failure of it is the daemon's.
-/// `folder`: where the table is kept meanwhile; its disk keeps twice `keep_free_mb` free. Ends the program
-/// where the caller leaves or the room does.
+/// Has hapticd-export make a table of a recording, in a separate process: no failure of it is the daemon's.
+/// `folder`: where the table is kept meanwhile; its disk keeps twice `keep_free_mb` free. Ends the program if
+/// the caller leaves or the disk is full.
 Outcome<TemporaryExport> export_recording(const std::string& recording, const std::string& folder,
                                           double keep_free_mb, const ExportOrder& order,
                                           const Caller& caller);

@@ -61,7 +61,7 @@ void GuardWatch::take_records() {
 
 void GuardWatch::report(WatchedEvent watched) {
   recording::Event& event = watched.event;
-  // Who loaded a scene, and which, is an event of the call.
+  // A loaded scene, and who loaded it, is an event of the call.
   if (event.kind == recording::EventKind::kScene) return;
   if (event.kind == recording::EventKind::kFault && !watched.ends_by_itself) {
     log_warning(fmt::format("guard latched in tick {}, {}", event.tick, event.text));

@@ -11,8 +11,8 @@
 namespace hapticd::server {
 
 /// Looks at every record of the loop: faults, stops, what cleared them and overruns go to the board, and a
-/// fault that latches the guard into the log, so that both explain why there was no force. In a thread of its
-/// own: a log that blocks delays nothing else.
+/// fault that latches the guard into the log, so that both explain why there was no force. On its own thread:
+/// a log that blocks delays nothing else.
 class GuardWatch {
  public:
   GuardWatch(TelemetryHub& hub, EventBoard& board) : hub_(hub), board_(board) {}

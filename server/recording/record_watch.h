@@ -19,10 +19,10 @@ struct WatchedEvent {
 /// scenes, overruns. The events have no time of day.
 class RecordWatch {
  public:
-  /// The records must come in order; some may be missing.
+  /// Looks at a record; they must come in order, some may be missing.
   std::vector<WatchedEvent> look(const rt::TickRecord& record);
-  /// As of the newest record, a fault other than a stop keeps the force away until it is cleared: a stop
-  /// changes nothing that a record shows.
+  /// True if, as of the newest record, a fault other than a stop keeps the force away until it is cleared: a
+  /// stop changes nothing that a record shows.
   bool is_latched_without_stop() const {
     return has_last_ && last_state_ == rt::GuardState::kLatched && last_fault_ != rt::GuardFault::kStopped;
   }

@@ -93,7 +93,7 @@ std::shared_ptr<RecordingRun> Recorder::current() const {
 }
 
 void Recorder::replace_current(std::shared_ptr<RecordingRun> run) {
-  std::shared_ptr<RecordingRun> before;  // ends, where it does, without the lock
+  std::shared_ptr<RecordingRun> before;  // ends, if it does, without the lock
   const MutexLock lock(current_mutex_);
   before = std::exchange(run_, std::move(run));
 }

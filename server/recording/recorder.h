@@ -33,7 +33,7 @@ class Recorder {
  public:
   static constexpr std::size_t kMaxText = 4096;
 
-  /// `folder`: empty where nothing can be recorded. All must outlive it.
+  /// `folder`: empty if nothing can be recorded. All must outlive it.
   Recorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
            const RecordingConfig& config);
   Recorder(const Recorder&) = delete;
@@ -43,29 +43,29 @@ class Recorder {
   /// why; the daemon goes on.
   std::optional<hal::Error> open();
 
-  /// Why nothing can be recorded; nothing where it can.
+  /// Reason why nothing can be recorded; nothing if it can.
   std::optional<Refusal> unavailable() const;
-  /// Where recordings are kept, and how much is there.
+  /// Folder in which recordings are kept, and how much is there.
   const RecordingFolder& folder() const { return folder_; }
 
   Outcome<RecordingInfo> start(const RecordingRequest& request);
   /// Returns when the file is finished.
   Outcome<RecordingInfo> stop(const std::string& by);
-  /// A note in what is recorded now.
+  /// Puts a note in what is recorded now.
   std::optional<Refusal> annotate(const std::string& text, const std::string& by);
-  /// Oldest first, the one that runs last.
+  /// Lists recordings, oldest first, the one that runs last.
   Outcome<std::vector<RecordingInfo>> list() const;
-  /// The path of one that is finished.
+  /// Path of one that is finished.
   Outcome<std::string> path_of(const std::string& id) const;
   Outcome<RecordingInfo> remove(const std::string& id);
-  /// The one that runs, if one does.
+  /// Recording that runs, if one does.
   std::optional<RecordingInfo> running() const;
   /// Ends the one that runs; no other begins.
   void shutdown();
 
  private:
   RecordingInfo info_of(const RecordingRun& run) const;
-  /// The one that was started last, unless it has ended.
+  /// Recording that was started last, unless it has ended.
   std::shared_ptr<RecordingRun> current() const;
   void replace_current(std::shared_ptr<RecordingRun> run);
 
@@ -82,7 +82,7 @@ class Recorder {
   std::shared_ptr<RecordingRun> run_ GUARDED_BY(current_mutex_);
 };
 
-/// Refused: no recording of this name; those that are there are listed.
+/// Refusal when there is no recording of this name; those that are there are listed.
 Refusal no_such_recording(const std::string& id, const std::vector<std::string>& ids);
 
 }  // namespace hapticd::server

@@ -11,7 +11,7 @@
 
 namespace hapticd::server {
 
-/// What is free on the disk of a folder, in 10⁶ bytes; infinite where the system does not say.
+/// Space that is free on the disk of a folder, in 10⁶ bytes; infinite if the system does not say.
 double free_disk_mb(const std::string& folder);
 
 /// A folder of recordings that hapticd names itself, and what may be in it. Any thread.
@@ -25,12 +25,12 @@ class RecordingFolder {
   };
   RecordingFolder(std::string path, Limits limits) : path_(std::move(path)), limits_(std::move(limits)) {}
 
-  /// Makes the folder; an error where it cannot be written to.
+  /// Makes the folder; an error if it cannot be written to.
   std::optional<hal::Error> open() const;
-  /// Finishes the files that no one writes and that have no end; what was done, one line each.
+  /// Finishes the files that are not being written and that have no end; what was done, one line each.
   std::vector<std::string> repair_all() const;
 
-  /// Oldest first.
+  /// Lists them, oldest first.
   std::vector<RecordingInfo> list() const;
   /// The path of an id that is there, a regular file; nothing for any other text.
   std::optional<std::string> find(const std::string& id) const;
@@ -39,13 +39,13 @@ class RecordingFolder {
   std::string new_path(std::int64_t unix_ns, const std::string& name) const;
   std::optional<hal::Error> remove(const std::string& id) const;
 
-  /// Makes room as the limits say, never of `kept` (an id). An error where there is none to be made: which
-  /// limit, how much there is, what to do.
+  /// Makes room as the limits say, never of `kept` (an id). An error if none can be made: which limit, how
+  /// much there is, what to do.
   std::optional<hal::Error> make_room(const std::string& kept) const;
 
   const std::string& path() const { return path_; }
   const Limits& limits() const { return limits_; }
-  /// Of all files, in 10⁶ bytes.
+  /// Size of all files, in 10⁶ bytes.
   double used_mb() const;
 
  private:

@@ -65,7 +65,7 @@ RecordingInfo read_info(const std::string& path) {
   info.bytes = reader->size();
   bool has_start = false;
   if (const auto content = reader->summary()) {
-    // Of a file whose end says nothing of it: messages may be older than the first row.
+    // A file whose end does not say it: messages may be older than the first row.
     info.duration_s = 1e-9 * static_cast<double>(content->end_time_ns - content->start_time_ns);
     for (const recording::MetadataIndex& index : content->metadata) {
       const bool is_start = index.name == recording::kStartMetadata;
@@ -84,9 +84,7 @@ RecordingInfo read_info(const std::string& path) {
         take_start(texts, info);
       }
     };
-    visitor.message = [](const recording::Message&) {
-      return false;
-    };  // the start stands before all messages
+    visitor.message = [](const recording::Message&) { return false; };  // the start comes before all messages
     static_cast<void>(reader->read(visitor));
   }
   if (!has_start) {

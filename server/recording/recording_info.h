@@ -29,20 +29,20 @@ struct RecordingInfo {
   std::uint64_t lost_ticks = 0;
   std::uint64_t bytes = 0;
   std::string end_reason;
-  // Of an incident.
+  // Fields of an incident.
   std::string cause;  ///< "sensor_stale", "stopped", "overrun", "requested", "unclean_end"
   std::uint64_t cause_tick = 0;
   double cause_after_s = 0.0;  ///< after the first row
   recording::Texts start;      ///< all that was known when it began
 };
 
-/// Reads it from a file that no one writes; never fails.
+/// Reads it from a file that is not being written; never fails.
 RecordingInfo read_info(const std::string& path);
 
 /// "00012_20261124T005200Z_press.mcap" without the ending: of a number, a time and a name that anyone may
 /// have chosen. Only letters, digits, '-', '_' and '.' of the name are kept, at most 64 of them.
 std::string file_id(std::uint64_t number, std::int64_t unix_ns, const std::string& name);
-/// The number in an id; 0 where there is none, as in files that hapticd did not name.
+/// Number in an id; 0 if there is none, as in files that hapticd did not name.
 std::uint64_t number_of_id(const std::string& id);
 
 }  // namespace hapticd::server

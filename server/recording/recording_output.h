@@ -24,16 +24,16 @@ class RecordingOutput {
 
   /// Rows that follow one another.
   void add_rows(std::string_view rows);
-  /// Stands behind what was added before it, also if it happened earlier: the log times of a file, all by its
-  /// one anchor, never go back.
+  /// Adds an event behind what was added before it, also if it happened earlier: the log times of a file, all
+  /// by its one anchor, never go back.
   void add_event(const recording::Event& event);
   std::optional<hal::Error> add_metadata(std::string_view name, const recording::Texts& texts);
-  /// What was added is on its way to the disk, and survives the process.
+  /// Closes a chunk: what was added is on its way to the disk, and survives the process.
   std::optional<hal::Error> close_chunk();
   std::optional<hal::Error> sync() { return writer_.file().sync(); }
 
-  /// Finishes the file. Where there is no room for that, the last chunks make it; the rows that this costs
-  /// are counted in `end`. An error where the file has no end all the same: it can be repaired later.
+  /// Finishes the file. If there is no room for that, the last chunks make it; the rows that this costs are
+  /// counted in `end`. An error if the file has no end all the same: it can be repaired later.
   std::optional<hal::Error> finish(recording::Texts end);
 
   std::uint64_t rows() const { return rows_; }
@@ -58,7 +58,7 @@ class RecordingOutput {
 
   recording::McapWriter writer_;
   std::vector<recording::Column> columns_;
-  std::string description_;  ///< of the columns; stands in the first block of each chunk
+  std::string description_;  ///< of the columns; in the first block of each chunk
   ClockAnchor anchor_;
   std::uint16_t telemetry_ = 0;
   std::uint16_t events_ = 0;

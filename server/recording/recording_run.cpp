@@ -19,9 +19,9 @@ constexpr std::chrono::milliseconds kRunPoll{50};
 constexpr std::chrono::seconds kEndTime{1};
 constexpr std::chrono::seconds kAnchorTime{60};
 constexpr std::uint32_t kTakenAtOnce = 2048;
-/// Within a second, a clock that is only steered changes by half a millisecond.
+/// Step of a clock that counts: within a second, a clock that is only steered changes by half a millisecond.
 constexpr std::int64_t kClockStepNs = 20'000'000;
-/// Much is written at once only where the disk stalled.
+/// Much is written at once only if the disk stalled.
 constexpr std::size_t kMaxGathered = std::size_t{8} << 20U;
 
 SubscriptionOptions subscription_options(const RecordingSources& sources, const RunOptions& options) {

@@ -72,7 +72,7 @@ class RecordingRun {
   void flush_rows();
   void add_event(recording::Event event);
   void note_loss(const rt::TickRecord& next);
-  /// An event where the machine's clock was set.
+  /// Notes an event if the machine's clock was set.
   void note_clock();
   std::optional<hal::Error> write_due(Clock::time_point now);
   void publish(const std::optional<hal::Error>& error, const std::string& reason);

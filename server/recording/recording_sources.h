@@ -36,7 +36,7 @@ struct ClockAnchor {
   std::int64_t unix_at(std::int64_t rig_time_ns) const { return unix_ns + (rig_time_ns - time_ns); }
 };
 ClockAnchor anchor_of(const RecordingSources& sources);
-/// As metadata of a recording.
+/// Anchor as metadata of a recording.
 recording::Texts texts_of(const ClockAnchor& anchor);
 
 /// "2026-11-24T00:52:00.123Z".

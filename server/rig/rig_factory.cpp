@@ -26,7 +26,7 @@ hal::Result<std::unique_ptr<hal::Rig>> as_rig(hal::Result<std::unique_ptr<R>> op
   return std::unique_ptr<hal::Rig>(std::move(*opened));
 }
 
-/// A simulated rig knows its own names; here a similar one is suggested.
+/// Error for an unknown name: a simulated rig knows its own names; here a similar one is suggested.
 std::optional<hal::Error> unknown(const std::string& what, const std::string& name,
                                   std::vector<std::string> known) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return std::nullopt;
@@ -44,7 +44,7 @@ std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {
   return unknown("object", simulation.object, std::move(objects));
 }
 
-/// A recording, also one of hapticd's own, whose columns have other names.
+/// Opens a recording, also one of hapticd's own, whose columns have other names.
 hal::Result<std::unique_ptr<hal::Rig>> open_replay(replay::ReplayConfig config) {
   const auto opened = replay::TableFile::open(config.path, {.decimal_comma = config.decimal_comma});
   if (!opened) return opened.error();
@@ -54,7 +54,7 @@ hal::Result<std::unique_ptr<hal::Rig>> open_replay(replay::ReplayConfig config) 
   return as_rig(replay::ReplayRig::open(config));
 }
 
-/// The rig that replaces the parts that are not named; null where there is none.
+/// Opens the rig that replaces the parts that are not named; null if there is none.
 hal::Result<std::unique_ptr<hal::Rig>> open_base(const DaemonConfig& config) {
   switch (config.rig) {
     case RigChoice::kSimulated:

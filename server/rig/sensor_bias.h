@@ -34,7 +34,7 @@ class SensorBiases {
   /// nothing in free air.
   static constexpr double kMaxZeroChangeN = 0.4;
 
-  /// Each new zero is appended to `file` as a line; empty = none.
+  /// Makes it; each new zero is appended to `file` as a line; empty = none.
   SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file);
 
   /// Takes the present load as zero. Out of contact, the tool at rest (StillnessWatch), and not while an
@@ -42,11 +42,11 @@ class SensorBiases {
   /// zero that was disturbed is reported as an error and is not current(). `tool_is_free`: someone says so,
   /// although the sensor reads more than kMaxZeroChangeN under the last bias.
   Outcome<SensorBias> take(const Caller& caller, bool tool_is_free);
-  /// The present one; nothing where none was taken since the start, or the driver lost it.
+  /// Present bias; nothing if none was taken since the start, or the driver lost it.
   std::optional<SensorBias> current() const;
   /// The id of the last one, if the driver lost it.
   std::optional<std::string> lost() const;
-  /// In the form that scenes and identifications need.
+  /// Zero in the form that scenes and identifications need.
   ZeroInForce zero_in_force() const;
 
  private:

@@ -12,8 +12,8 @@ namespace hapticd::server {
 
 class TelemetryHub;
 
-/// Watches whether the tool is left alone: what the force sensor reads and where the tip is, from a thread of
-/// its own for as long as it lives. A zero taken while a hand begins to press makes free air read as a pull.
+/// Watches whether the tool is left alone: what the force sensor reads and where the tip is, on its own
+/// thread for as long as it lives. A zero taken while a hand begins to press makes free air read as a pull.
 class StillnessWatch {
  public:
   /// What a hand's tremor leaves in a mean over 50 ms, and a lean of a quarter of a newton a second.
@@ -25,7 +25,7 @@ class StillnessWatch {
   StillnessWatch(const StillnessWatch&) = delete;
   StillnessWatch& operator=(const StillnessWatch&) = delete;
 
-  /// What changed so far, if anything did: `kMaxForceChangeN` or `kMaxTravelMm` passed.
+  /// Change so far, if there was any: `kMaxForceChangeN` or `kMaxTravelMm` passed.
   std::optional<hal::Error> disturbance() const;
 
  private:

@@ -10,10 +10,10 @@ namespace hapticd::server {
 
 /// [rig.board]: the board that sensor and device may share.
 void read_board(TomlTable table, daq::BoardConfig& config);
-/// Every key with its value, without the table's header; reads back as the same.
+/// Writes every key with its value, without the table's header; reads back as the same.
 std::string write_board(const daq::BoardConfig& config);
 
-/// The sensor on that board.
+/// Reads the sensor on that board.
 void read_daq(TomlTable table, daq::DaqSensorConfig& config);
 std::string write_daq(const daq::DaqSensorConfig& config);
 

@@ -10,7 +10,7 @@ namespace hapticd::server {
 
 /// [rig.board_instrument]: measures the tip from outside, on inputs of the board.
 void read_instrument(TomlTable table, daq::BoardInstrumentConfig& config);
-/// Every key with its value, without the table's header; reads back as the same.
+/// Writes every key with its value, without the table's header; reads back as the same.
 std::string write_instrument(const daq::BoardInstrumentConfig& config);
 
 /// daq::check(). If the force sensor is on the board too: no channel is used by one of its gauges.

@@ -7,11 +7,11 @@
 
 namespace hapticd::server {
 
-/// The keys of a Net F/T box; see hal/netft/README.md. Absent keys change nothing.
+/// Reads the keys of a Net F/T box; see hal/netft/README.md. Absent keys change nothing.
 void read_netft(TomlTable table, netft::NetFtConfig& config);
 
-/// All keys with every default, without the header of the table; reads back as the same. An
-/// expected filter is written only if there is one.
+/// Writes all keys with every default, without the header of the table; reads back as the same. An expected
+/// filter is written only if there is one.
 std::string write_netft(const netft::NetFtConfig& config);
 
 }  // namespace hapticd::server

@@ -7,9 +7,9 @@
 
 namespace hapticd::server {
 
-/// A PHANToM on [rig.board]. `model` names the preset that the other keys change.
+/// Reads a PHANToM on [rig.board]. `model` names the preset that the other keys change.
 void read_phantom(TomlTable table, phantom::PhantomConfig& config);
-/// Every key with its value, without the table's header; reads back as the same.
+/// Writes every key with its value, without the table's header; reads back as the same.
 std::string write_phantom(const phantom::PhantomConfig& config);
 
 }  // namespace hapticd::server

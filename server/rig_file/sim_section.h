@@ -8,7 +8,7 @@
 
 namespace hapticd::server {
 
-/// The keys of a simulated rig; see hal/sim/README.md. Absent keys change nothing.
+/// Reads the keys of a simulated rig; see hal/sim/README.md. Absent keys change nothing.
 void read_simulation(TomlTable table, sim::SimulationConfig& config);
 
 /// "phantom_1_0", "lab", "phantom_1_0:lab:general" …, as written after "sim:": a device, conditions and a
@@ -16,7 +16,7 @@ void read_simulation(TomlTable table, sim::SimulationConfig& config);
 /// is taken for conditions; the rig refuses unknown ones.
 void apply_simulation_text(std::string_view text, sim::SimulationConfig& config);
 
-/// All keys with every default, with the headers of the tables; reads back as the same.
+/// Writes all keys with every default, with the headers of the tables; reads back as the same.
 std::string write_simulation(const sim::SimulationConfig& config);
 
 }  // namespace hapticd::server

@@ -11,15 +11,15 @@ namespace hapticd::server {
 
 enum class TurntableChoice : std::uint8_t { kNone, kSimulated, kModbus };
 
-/// When the table must not turn.
+/// Conditions under which the table must not turn.
 struct InterlockConfig {
-  /// From this force on the tool counts as touching something, whether or not a scene detects contact.
+  /// Force from which on the tool counts as touching something, whether or not a scene detects contact.
   double contact_force_n = 0.5;
-  /// From this force on the device counts as rendering.
+  /// Force from which on the device counts as rendering.
   double device_force_n = 0.05;
   /// Turn although no force sensor says whether the tool touches anything.
   bool turn_without_sensor = false;
-  /// After a silence of this length the sensor or the loop does not count as watching.
+  /// Silence after which the sensor or the loop does not count as watching.
   double sensor_silence_s = 0.1;
   double loop_silence_s = 0.25;
 };

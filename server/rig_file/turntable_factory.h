@@ -8,7 +8,7 @@
 
 namespace hapticd::server {
 
-/// The turntable the configuration names, not engaged; null for none.
+/// Makes the turntable that the configuration names, not engaged; null for none.
 hal::Result<std::unique_ptr<hal::Turntable>> make_turntable(const TurntableConfig& config);
 
 }  // namespace hapticd::server

@@ -159,7 +159,7 @@ class MapReader {
     return names;
   }
 
-  /// The register named under `key`; nothing where the key is absent. An unknown name is refused.
+  /// Reads the register named under `key`; nothing if the key is absent. An unknown name is refused.
   void read_reference(TomlTable& table, std::string_view key, std::optional<std::size_t>& index) {
     std::string name;
     table.read(key, name, kMaxName);

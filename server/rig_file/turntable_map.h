@@ -11,19 +11,21 @@
 
 namespace hapticd::server {
 
-/// A register map from TOML text; `source` names it in errors. Unknown keys, unknown registers and
+/// Parses a register map from TOML text; `source` names it in errors. Unknown keys, unknown registers and
 /// contradictions are errors.
 hal::Result<modbus::RegisterMap> parse_turntable_map(std::string_view text, std::string name,
                                                      std::string source);
-/// By the name of a built-in map, or by the path of a file (with a '/' in it, or ending in .toml).
+/// Finds a map by the name of a built-in one, or by the path of a file (with a '/' in it, or ending in
+/// .toml).
 hal::Result<modbus::RegisterMap> find_turntable_map(const std::string& name_or_path);
 /// Names of the built-in maps, sorted.
 std::vector<std::string> turntable_map_names();
 
-/// The same from a table of a larger document. What a line is to blame for is reported by the document; the
-/// rest, returned.
+/// Reads a map from a table of a larger document. What a line is to blame for is reported by the document;
+/// the rest, returned.
 std::optional<hal::Error> read_turntable_map(TomlTable table, modbus::RegisterMap& map);
-/// As TOML that reads back as the same; `prefix` is the table's dotted name, empty for a document of its own.
+/// Writes TOML that reads back as the same; `prefix` is the table's dotted name, empty for a separate
+/// document.
 std::string write_turntable_map(const modbus::RegisterMap& map, std::string_view prefix);
 
 }  // namespace hapticd::server

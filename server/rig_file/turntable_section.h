@@ -9,7 +9,7 @@ namespace hapticd::server {
 
 /// Reads [rig.turntable]; what is wrong is reported by the document.
 void read_turntable(TomlTable table, TurntableConfig& config);
-/// The section with every default; reads back as the same.
+/// Writes the section with every default; reads back as the same.
 std::string write_turntable(const TurntableConfig& config);
 
 }  // namespace hapticd::server

@@ -9,7 +9,7 @@ namespace hapticd::server {
 
 /// Sections [fixture] and [watch] of a scene file.
 void read_assistance(TomlTable& root, rt::SceneSpec& spec);
-/// The sections; empty without them.
+/// Text of the sections; empty without them.
 std::string assistance_text(const rt::SceneSpec& spec);
 
 }  // namespace hapticd::server

@@ -29,7 +29,7 @@ constexpr double kStrokeMm = 20.0;
 constexpr double kStrokeFriction = 0.3;
 constexpr double kGravityMmPerS2 = 9807.0;
 
-/// From 0 to 1, smoothly, for `count` ticks from `begin` on.
+/// Share from 0 to 1, smoothly, for `count` ticks from `begin` on.
 double eased(std::uint32_t tick, std::uint32_t begin, std::uint32_t count) {
   if (tick <= begin) return 0.0;
   if (tick >= begin + count) return 1.0;

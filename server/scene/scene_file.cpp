@@ -86,7 +86,7 @@ void read_contact(TomlTable& root, rt::SceneSpec& spec) {
   }
 }
 
-/// The compensations that keep the force at the hand correct while it moves.
+/// Reads the compensations that keep the force at the hand correct while it moves.
 void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
   rt::CompensationParameters& c = spec.compensation;
   if (spec.kind == rt::SceneKind::kWall) {
@@ -101,7 +101,7 @@ void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
   control.read("back_drive_compensation", c.back_drive);
 }
 
-/// The sections that only scenes of kind "explore" have.
+/// Reads the sections that only scenes of kind "explore" have.
 void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   if (!explores(spec)) {
     for (const char* section : {"direction", "friction", "displacement", "release", "passivity", "inclusion",
@@ -123,7 +123,7 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   root.table("passivity").read("control", explore.passivity);
 }
 
-/// The field about its centre, whose stiffness is structure.stiffness_n_per_mm.
+/// Reads the field about its centre, whose stiffness is structure.stiffness_n_per_mm.
 void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
   if (!structure.has("field")) return;
   TomlTable table = structure.table("field");
@@ -143,7 +143,7 @@ void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
                      "say stiffness_n_per_mm in [structure], or leave out the field"));
 }
 
-/// The keys of one law; those of the others are refused.
+/// Reads the keys of one law; those of the others are refused.
 void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
   using Kind = rt::TargetLaw::Kind;
   rt::TargetLaw& law = spec.target;

@@ -15,7 +15,7 @@ namespace hapticd::server {
 hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string& source,
                                        const std::string& name = {});
 
-/// The scene as TOML, with every value of its kind; parse_scene() reads it back as the same.
+/// Writes the scene as TOML, with every value of its kind; parse_scene() reads it back as the same.
 std::string write_scene(const rt::SceneSpec& spec);
 
 /// "linear", "hunt_crossley", …: the word of a scene file.

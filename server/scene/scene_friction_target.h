@@ -7,9 +7,9 @@
 
 namespace hapticd::server {
 
-/// Section [friction_target] of a scene file.
+/// Reads the section [friction_target] of a scene file.
 void read_friction_target(TomlTable& root, rt::SceneSpec& spec);
-/// As it is read; empty where there is none.
+/// Text as it is read; empty if there is none.
 std::string friction_target_text(const rt::SceneSpec& spec);
 
 }  // namespace hapticd::server

@@ -49,11 +49,11 @@ struct ResolvedScene {
   rt::SceneSpec spec;
   rt::SceneOutline outline;  ///< with the channels that every tick has on this rig
   std::vector<ModelNeed> needs;
-  std::optional<FoundModel> model;          ///< of spec.object_model, where the scene needs one
+  std::optional<FoundModel> model;          ///< of spec.object_model, if the scene needs one
   std::optional<hal::Error> model_problem;  ///< why there is none
   std::vector<std::string> stored;          ///< hashes of the stored models that it uses, sorted
   std::vector<std::string> remarks;         ///< which values come from the rig's own models
-  /// Of the arm, where the scene works on corrected poses; null where none is adopted.
+  /// Calibration of the arm, if the scene works on corrected poses; null if none is adopted.
   std::shared_ptr<const calibration::ArmCalibration> calibration;
   /// The scene as it was written, without the object's model: two scenes with the same text differ in models
   /// only.
@@ -87,26 +87,26 @@ class SceneHost {
     std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload
     std::uint64_t effective_tick = 0;
   };
-  /// A scene that differs from the loaded one in models only replaces it out of contact: the call waits for
-  /// that, to the caller's deadline at the latest. Any other scene replaces it at once.
+  /// Loads a scene. One that differs from the loaded one in models only replaces it out of contact: the call
+  /// waits for that, to the caller's deadline at the latest. Any other scene replaces it at once.
   Outcome<Loaded> load(const SceneSource& source, const Caller& caller);
   Outcome<Loaded> unload(const Caller& caller);
-  /// The scene for this rig, even if some of its parts are missing.
+  /// Resolves the scene for this rig, even if some of its parts are missing.
   Outcome<ResolvedScene> resolve(const SceneSource& source) const;
-  /// Its stages, owned by the caller. Refused where the rig or the object's model lacks a part; the error
-  /// names it.
+  /// Composes a scene's stages, owned by the caller. Refused if the rig or the object's model lacks a part;
+  /// the error names it.
   Outcome<std::unique_ptr<rt::Pipeline>> compose(const ResolvedScene& scene) const;
 
   /// Null when none is loaded.
   std::shared_ptr<const ResolvedScene> current() const;
-  /// Whether the loaded scene uses this stored model.
+  /// True if the loaded scene uses this stored model.
   bool uses(const std::string& hash) const;
   const SceneLibrary& catalogue() const { return library_; }
   const ModelLibrary& models() const { return models_; }
   const hal::RigInfo& rig_info() const { return session_.rig_info(); }
 
-  /// While held, the scene is not exchanged: a command that was validated for it is still valid when it takes
-  /// effect.
+  /// Keeps the scene, while held, from being exchanged: a command that was validated for it is still valid
+  /// when it takes effect.
   class Hold {
    public:
     bool held() const { return held_ != nullptr; }
@@ -120,7 +120,7 @@ class SceneHost {
   };
   Hold hold(Caller::Clock::time_point until) NO_THREAD_SAFETY_ANALYSIS;
 
-  /// The target that was set since the scene was loaded. Call it while the scene is held.
+  /// Notes the target that was set since the scene was loaded. Call it while the scene is held.
   void note_target(const rt::TargetLaw& law);
 
   /// Exclusive control of the scene: while it lives, load(), unload() and targets of other callers are
@@ -147,20 +147,20 @@ class SceneHost {
   };
   /// `by`: named in refusals meanwhile, e.g. "identification 'contact-3'".
   Outcome<Reservation> reserve(const std::string& by);
-  /// Why the scene and its target cannot be changed now; nothing when they can.
+  /// Reason why the scene and its target cannot be changed now; nothing when they can.
   std::optional<Refusal> reserved() const;
 
  private:
-  /// The spec resolved against the rig and held to the ceilings; those that took the place of the scene's
+  /// Resolves the spec against the rig and holds it to the ceilings; those that took the place of the scene's
   /// defaults are given in `remarks`.
   Outcome<rt::SceneSpec> resolve_within_ceilings(rt::SceneSpec spec, std::vector<std::string>& remarks) const;
   rt::GuardLimits idle_limits() const;
   void find_model(ResolvedScene& scene) const;
   void find_calibration(ResolvedScene& scene) const;
-  /// Without what corrects their poses.
+  /// Composes the stages without what corrects their poses.
   Outcome<std::unique_ptr<rt::Pipeline>> compose_stages(const ResolvedScene& scene) const;
   bool differs_in_models_only(const ResolvedScene* next) const;
-  /// An error where a stored model that the scene was resolved with was deleted.
+  /// Checks the stored models: an error if one that the scene was resolved with was deleted.
   std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
   /// Opens the hardware that a scene (null: none) needs, for as long as it is loaded.
   Outcome<SensorClaim> claim_hardware(const ResolvedScene* scene) const;
@@ -188,7 +188,7 @@ class SceneHost {
   mutable Mutex current_mutex_;
   std::shared_ptr<const ResolvedScene> current_ GUARDED_BY(current_mutex_);
   std::optional<rt::TargetLaw> target_ GUARDED_BY(current_mutex_);  ///< see note_target()
-  std::string reserved_by_ GUARDED_BY(current_mutex_);              ///< empty: no one
+  std::string reserved_by_ GUARDED_BY(current_mutex_);              ///< empty: not reserved
 };
 
 }  // namespace hapticd::server

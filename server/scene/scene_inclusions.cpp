@@ -35,7 +35,7 @@ const char* variant_name(const rt::InclusionParameters& inclusion) {
   return inclusion.variant == rt::InclusionVariant::kPublished ? "published" : "energy";
 }
 
-/// Of one that was not moved yet.
+/// Text of an inclusion that was not moved yet.
 std::string moved_text(const rt::InclusionParameters& one) {
   std::string text;
   if (one.moved_mm != std::array<double, 2>{}) {
@@ -46,8 +46,8 @@ std::string moved_text(const rt::InclusionParameters& one) {
   return text;
 }
 
-/// Place and surface point where they are to be. A round object's turn about its centre, so that the depth
-/// stays.
+/// Moves place and surface point to where they are to be. Those of a round object turn about its centre, so
+/// that the depth stays.
 std::optional<hal::Error> move(rt::InclusionParameters& one, std::size_t number) {
   const auto [x_mm, y_mm] = one.moved_mm;
   if (x_mm == 0.0 && y_mm == 0.0) return std::nullopt;

@@ -15,11 +15,11 @@ namespace hapticd::server {
 /// Sections [[inclusion]] of a scene file; at most 8.
 void read_inclusions(TomlTable& root, rt::SceneSpec& spec);
 /// Takes place and response of each inclusion that names an identified model from the store. `stored` gets
-/// the hashes, `remarks` what was taken, and cautions. kNotFound where there is no such model.
+/// the hashes, `remarks` what was taken, and cautions. kNotFound if there is no such model.
 std::optional<Refusal> fill_inclusions(const ModelLibrary& models, const hal::RigInfo& rig,
                                        rt::SceneSpec& spec, std::vector<std::string>& stored,
                                        std::vector<std::string>& remarks);
-/// As they are read; empty where there are none.
+/// Text as they are read; empty if there are none.
 std::string inclusions_text(const rt::SceneSpec& spec);
 
 }  // namespace hapticd::server

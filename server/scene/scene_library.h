@@ -16,18 +16,18 @@ class SceneLibrary {
  public:
   struct Entry {
     std::string name;
-    std::string description;  ///< what is wrong with it, where it cannot be read
+    std::string description;  ///< what is wrong with it, if it cannot be read
   };
 
-  /// An empty folder name: built-in scenes only.
+  /// Makes a library. An empty folder name: built-in scenes only.
   explicit SceneLibrary(std::string folder = {}) : texts_("scene", builtin_scenes(), std::move(folder)) {}
 
-  /// By name.
+  /// Lists the scenes by name.
   std::vector<Entry> list() const;
   bool contains(const std::string& name) const { return texts_.contains(name); }
-  /// Unknown names are an error with a suggestion.
+  /// Finds a scene; unknown names are an error with a suggestion.
   hal::Result<rt::SceneSpec> find(const std::string& name) const;
-  /// An error when there is a folder, but it cannot be read.
+  /// Checks the folder: an error if there is one, but it cannot be read.
   std::optional<hal::Error> check_folder() const { return texts_.check_folder(); }
 
  private:

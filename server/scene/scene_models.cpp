@@ -19,7 +19,7 @@ bool is_under(const rt::ToolModel& tool, const ZeroInForce& zero) {
   return !zero.identity.empty() && tool.found_under_bias == zero.identity;
 }
 
-/// The greatest depth at which a target changes; 0 where it is the same everywhere.
+/// The greatest depth at which a target changes; 0 if it is the same everywhere.
 double deepest_mm(const rt::TargetLaw& target) {
   if (target.kind != rt::TargetLaw::Kind::kDisplacementProfile) return 0.0;
   double deepest = 0.0;
@@ -52,7 +52,7 @@ class Filling {
   Filling(rt::SceneSpec& scene, const hal::RigInfo& rig, const ZeroInForce& zero, RigModelUse& use)
       : scene_(scene), rig_(rig), zero_(zero), use_(use) {}
 
-  /// How the tool was held when the sensor was biased, unless the scene sets it itself.
+  /// Fills in how the tool was held when the sensor was biased, unless the scene sets it itself.
   void gravity_at_bias() {
     const rt::ExploreParameters defaults;
     const hal::Vector3& said = scene_.explore.gravity_at_bias;

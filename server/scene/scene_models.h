@@ -24,7 +24,7 @@ struct RigModelUse {
 /// The present zero of the force sensor.
 struct ZeroInForce {
   std::string identity;                   ///< equal only for the same zero; empty = unknown
-  std::optional<hal::Vector3> gravity{};  ///< unit vector in the tool's frame at the bias; where known
+  std::optional<hal::Vector3> gravity{};  ///< unit vector in the tool's frame at the bias; if known
 };
 
 /// Orientation of the sensor in the tool and its reading without load: from the model if that was found under
@@ -34,7 +34,7 @@ rt::SensorMounting mounting_of(const rt::ToolModel& tool, const hal::Vector3& gr
 
 /// Fills in values that an unresolved scene does not set and that were identified on the rig: tool.mass_g
 /// with the centre of that mass (scenes of kind "explore"), structure.stiffness_n_per_mm, the controller's
-/// gains and contact.threshold_n, each where it is zero. Values that were not identified stay zero, for
+/// gains and contact.threshold_n, each if it is zero. Values that were not identified stay zero, for
 /// rt::resolve() to fill in. A tool model that was found under another zero gives no bias. The part of
 /// gravity in the zero then follows from the tool's orientation at the bias.
 RigModelUse use_rig_models(const RigModels& models, rt::SceneSpec& scene, const hal::RigInfo& rig,

@@ -18,7 +18,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// How reliable a part is: its fit if it has one, its source, and warnings.
+/// Remark on how reliable a part is: its fit if it has one, its source, and warnings.
 std::string remark_on(const std::string& need, const FoundModel& found, const rt::SceneSpec& scene,
                       const hal::RigInfo& rig) {
   const rt::ObjectModel& model = found.model;
@@ -44,7 +44,7 @@ std::string remark_on(const std::string& need, const FoundModel& found, const rt
   return fmt::format("{}", fmt::join(said, "; "));
 }
 
-/// The default limit of targets: on a soft object less than the device could hold. The stiffness with which
+/// Limits targets by default: on a soft object to less than the device could hold. The stiffness with which
 /// the scene itself starts is always allowed.
 void limit_to_object(ResolvedScene& scene) {
   const auto own_n_per_mm = rt::stiffness_n_per_mm(scene.model->model, rt::kFirmPressN);
@@ -54,7 +54,7 @@ void limit_to_object(ResolvedScene& scene) {
   largest = std::max(asked, std::min(largest, rt::kMaxTargetOverObject * *own_n_per_mm));
 }
 
-/// Friction of a ball bearing is used where it was identified; no scene needs it.
+/// Friction of a ball bearing is used if it was identified; no scene needs it.
 bool rolls_on_an_object(const rt::SceneSpec& scene) {
   return scene.kind == rt::SceneKind::kExplore && scene.tip == rt::Tip::kBallBearing &&
          scene.object_model != "none";

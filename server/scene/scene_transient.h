@@ -7,9 +7,9 @@
 
 namespace hapticd::server {
 
-/// Section [transient] of a scene file: a material, or the modes of one's own.
+/// Reads the section [transient] of a scene file: a material, or modes given one by one.
 void read_transient(TomlTable& root, rt::SceneSpec& spec);
-/// As it is read, a material as its mode; empty where there is none.
+/// Text as it is read, a material as its mode; empty if there is none.
 std::string transient_text(const rt::SceneSpec& spec);
 
 }  // namespace hapticd::server

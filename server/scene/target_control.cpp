@@ -32,7 +32,7 @@ Refusal refuse(const hal::Error& error, double value) {
   return {std::isfinite(value) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, error};
 }
 
-/// A sum over all numbers of the law: finite only if all of them are.
+/// Sum over all numbers of the law: finite only if all of them are.
 double sum_of(const rt::TargetLaw& law) {
   double sum = law.hunt_crossley.stiffness_n_per_mm_m + law.hunt_crossley.damping_n_s_per_mm_m1 +
                law.hunt_crossley.exponent + law.axis.x + law.axis.y + law.axis.z;
@@ -54,7 +54,7 @@ std::optional<Refusal> validate(rt::TargetLaw& law) {
   return std::nullopt;
 }
 
-/// The part of a law that a scene grants.
+/// Grants the part of a law that a scene admits.
 Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scene, const hal::RigInfo& rig) {
   const rt::SceneSpec& resolved = scene.spec;
   TargetSet set;

@@ -30,7 +30,7 @@ struct TargetGrant {
 /// only scenes that solve the compensation for the device force: those along one axis.
 TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
 
-/// Adds a note where the granted stiffness is softer than feasible, (3.8), on this object under a firm press
+/// Adds a note if the granted stiffness is softer than feasible, (3.8), on this object under a firm press
 /// (kFirmPressN), by its identified law and with the greatest pull that the device has and the sensor bears.
 /// It stays granted: under a lighter press softer targets are feasible; under a firmer one the device
 /// constantly gives its greatest force and the object feels stiffer than requested.
@@ -48,7 +48,7 @@ struct Feasibility {
 };
 
 struct TargetRequest {
-  rt::TargetLaw law;            ///< granted in part only where it is linear
+  rt::TargetLaw law;            ///< granted in part only if it is linear
   std::int64_t at_time_ns = 0;  ///< of the rig's clock; 0 = now
   std::optional<double> ramp_s;
 };
@@ -75,7 +75,7 @@ class TargetControl {
   /// another scene is loaded meanwhile.
   Outcome<TargetSet> set(const TargetRequest& request, const Caller& caller);
 
-  /// Absent values are taken from `last`, which must then be in contact.
+  /// Feasibility; absent values are taken from `last`, which must then be in contact.
   Outcome<Feasibility> feasible(std::optional<double> hand_force_n,
                                 std::optional<double> object_stiffness_n_per_mm,
                                 const rt::TickRecord& last) const;

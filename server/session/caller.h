@@ -15,7 +15,7 @@ struct Caller {
   using Clock = std::chrono::steady_clock;
 
   Clock::time_point deadline = Clock::time_point::max();  ///< the caller's own
-  Callback<bool()> cancelled = [] { return false; };      ///< true once no one waits any more
+  Callback<bool()> cancelled = [] { return false; };      ///< true once the caller does not wait any more
 
   /// The state of control under which the call was admitted; 0 = the daemon's own.
   std::uint64_t lease = 0;

@@ -13,7 +13,7 @@ namespace {
 constexpr std::chrono::milliseconds kLastTickTimeout{100};
 constexpr std::chrono::microseconds kPollInterval{200};
 
-/// Of the faults that take the force away, the first that is present; `otherwise` where none is any more.
+/// First of the faults present that takes the force away; `otherwise` if none is any more.
 rt::GuardFault present_fault(rt::FaultSet present, rt::GuardFault otherwise) {
   for (const rt::FaultRule& rule : rt::kFaultTable) {
     const bool takes = rule.action != rt::FaultAction::kWarn;

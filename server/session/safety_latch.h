@@ -24,13 +24,13 @@ class SafetyLatch {
   /// To be set before anyone clears.
   void explain_with(Callback<std::string(rt::GuardFault)> explain) { explain_ = std::move(explain); }
 
-  /// Zero force from the next tick. Returns the last tick that was completed when the loop was reported: by
-  /// the second one after it the force is zero. Waits for nothing, cannot fail.
+  /// Stops: zero force from the next tick. Returns the last tick that was completed when the loop got the
+  /// stop: by the second one after it the force is zero. Waits for nothing, cannot fail.
   std::uint64_t stop() noexcept;
-  /// The fault the guard is latched by after a stop: an earlier one stays the one reported.
+  /// Fault that the guard is latched by after a stop: an earlier one stays the one reported.
   rt::GuardFault fault_after_stop();
-  /// The same before the loop ends: returns when the zero force was commanded, or after a short time without
-  /// a tick.
+  /// Ends rendering before the loop ends: returns when the zero force was commanded, or after a short time
+  /// without a tick.
   void end_rendering();
 
   struct Cleared {
@@ -38,9 +38,9 @@ class SafetyLatch {
     rt::GuardFault fault = rt::GuardFault::kNone;  ///< what was cleared
     std::uint64_t effective_tick = 0;
   };
-  /// Called by each clear() that took effect. Set before there are callers.
+  /// Sets what each clear() that took effect calls. Set it before there are callers.
   void on_cleared(Callback<void()> cleared) { on_cleared_ = std::move(cleared); }
-  /// Refused while the fault persists.
+  /// Clears; refused while the fault persists.
   Outcome<Cleared> clear(const Caller& caller);
 
  private:

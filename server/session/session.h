@@ -34,10 +34,10 @@ class Session {
 
   /// Starts the ticks. A device that is hardware has been engaged before.
   void start();
-  /// From now on calls that wait for the loop end with kUnavailable.
+  /// Ends calls that wait for the loop from now on, with kUnavailable.
   void refuse_commands();
-  /// Zero force, then no more ticks, then the hardware is released; calls that wait for the loop end with
-  /// kUnavailable.
+  /// Stops: zero force, then no more ticks, then the hardware is released; calls that wait for the loop end
+  /// with kUnavailable.
   void stop();
 
   /// Opens the force sensor unless it is open, and returns when it sends samples. It stays open while
@@ -48,16 +48,16 @@ class Session {
     std::vector<hal::PartReport> reports;
     std::optional<hal::Error> error;  ///< of a part that could not be opened
   };
-  /// The reports, with a sensor that no one uses opened for the moment.
+  /// Reports of the parts, with an unused sensor opened for the moment.
   Probe probe_parts();
-  /// Out of contact only.
+  /// Takes a bias; out of contact only.
   std::optional<Refusal> bias_force_sensor();
   std::optional<Refusal> home_device();
 
   hal::Rig& rig() { return *rig_; }
   const hal::RigInfo& rig_info() const { return rig_->info(); }
   const rt::LoopConfig& loop_config() const { return loop_config_; }
-  /// True where the rig has a time of its own, which may run faster or slower than real time.
+  /// True if the rig has its own time, which may run faster or slower than real time.
   bool rig_owns_clock() const { return rig_->owns_clock(); }
   /// Null on a rig of which nothing is simulated.
   sim::SimulatedRig* simulation() const { return simulation_; }
@@ -68,17 +68,17 @@ class Session {
   bool exhausted() const { return started_.load() && !stopping_.load() && !loop_.running(); }
   bool stopping() const { return stopping_.load(); }
   rt::LoopStatistics statistics() const { return loop_.statistics(); }
-  /// How often a device's scheduler was lost; it is engaged again once a second.
+  /// Number of times that a device's scheduler was lost; it is engaged again once a second.
   std::uint64_t clock_losses() const { return loop_.clock_losses(); }
   /// The thread that ticks; 0 before its first tick.
   pid_t ticking_thread() const { return loop_.ticking_thread(); }
-  /// What the system did not grant to the thread that ticks; empty before start() has returned.
+  /// Requests that the system did not grant to the thread that ticks; empty before start() has returned.
   std::vector<std::string> realtime_shortcomings() const;
 
   /// The rig's time of the last tick.
   std::int64_t now_ns() const { return engine_.last_time_ns(); }
   std::uint64_t last_tick() const { return engine_.last_tick(); }
-  /// Nothing before the first tick, and where the rig has a time of its own.
+  /// Last reading; nothing before the first tick, and if the rig has its own time.
   std::optional<rt::RigReading> last_reading() const { return loop_.last_reading(); }
 
   /// Nothing, or why the loop takes no commands now.
@@ -100,7 +100,7 @@ class Session {
   rt::PeriodicLoop loop_;
   SerialMutex hardware_;  ///< the sensor is opened, biased and closed by one caller after the other
   int sensor_claims_ GUARDED_BY(hardware_) = 0;
-  bool sensor_is_shut_ GUARDED_BY(hardware_) = false;  ///< stopped: no one opens or closes it any more
+  bool sensor_is_shut_ GUARDED_BY(hardware_) = false;  ///< stopped: it is not opened or closed any more
   std::atomic<bool> started_{false};
   std::atomic<bool> stopping_{false};
 };

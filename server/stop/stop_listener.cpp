@@ -24,25 +24,25 @@ namespace hapticd::server {
 
 namespace {
 
-/// For a client to read its answer before the connection is closed.
+/// Time for a client to read its answer before the connection is closed.
 constexpr std::chrono::milliseconds kMaxLinger{200};
 /// Bytes that are read after the answer, so that the end of the connection does not overtake it.
 constexpr std::size_t kMaxDiscarded = 4096;
-/// Of one kind, before the others have their turn.
+/// Maximum number of one kind, before the others have their turn.
 constexpr int kMaxInTurn = 256;
 constexpr int kNice = -15;
 constexpr int kRetryMs = 1;
 constexpr std::uint64_t kUnknownUser = UINT64_MAX;
 
-/// Ahead of all ordinary threads, so that it runs when gRPC's threads use all CPUs; far behind the loop.
-/// Where the system grants no real-time priority, at least ahead of the ordinary threads of this process.
+/// Raises the thread above all ordinary threads, so that it runs when gRPC's threads use all CPUs; far behind
+/// the loop. If the system grants no real-time priority, at least above the ordinary threads of this process.
 void raise_priority() {
   const sched_param priority{.sched_priority = sched_get_priority_min(SCHED_RR) + 1};
   if (pthread_setschedparam(pthread_self(), SCHED_RR, &priority) == 0) return;
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
 }
 
-/// One client for all addresses that one machine may choose from.
+/// Client: one for all addresses that one machine may choose from.
 std::uint64_t client_of(const sockaddr_storage& address) {
   if (address.ss_family == AF_INET) return reinterpret_cast<const sockaddr_in&>(address).sin_addr.s_addr;
   std::uint64_t network = 0;
@@ -195,7 +195,7 @@ void StopListener::accept_all(int listening) {
         accept4(listening, reinterpret_cast<sockaddr*>(&peer), &length, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (descriptor < 0) {
       if (errno == EINTR || errno == ECONNABORTED) continue;
-      const bool none_left = errno == EMFILE || errno == ENFILE;  // also where no one waits
+      const bool none_left = errno == EMFILE || errno == ENFILE;  // also if no connection waits
       if (none_left && is_waited_for(listening) && free_descriptor()) continue;
       return;
     }
@@ -221,8 +221,8 @@ void StopListener::accept_all(int listening) {
   }
 }
 
-// The first step of a handshake takes most of a millisecond: those that are there already, and those that
-// come, are looked at in between.
+// Begins one handshake. Its first step takes most of a millisecond: those that are there already, and those
+// that come, are looked at in between.
 void StopListener::begin_one_handshake() {
   Connection* chosen = nullptr;
   std::size_t least = 0;

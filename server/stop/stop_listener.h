@@ -21,10 +21,10 @@
 
 namespace hapticd::server {
 
-/// One thread that serves stops and nothing else. What comes without certificates takes no memory, no lock
-/// and no system call that could wait. A connection has a second for its few bytes. There are kMaxConnections
-/// of them; for a new one the oldest of the client (user, or address) that has the most is closed, so that no
-/// one can hold the last place.
+/// Serves stops and nothing else, on one thread. What comes without certificates takes no memory, no lock and
+/// no system call that could wait. A connection has a second for its few bytes. There are kMaxConnections of
+/// them; for a new one the oldest of the client (user, or address) that has the most is closed, so that one
+/// client cannot hold the last place.
 class StopListener {
  public:
   static constexpr std::size_t kMaxConnections = 64;
@@ -45,7 +45,7 @@ class StopListener {
   StopListener(const StopListener&) = delete;
   StopListener& operator=(const StopListener&) = delete;
 
-  /// For one thread.
+  /// Takes a report; for one thread.
   bool pop_report(StopReport& report) noexcept { return reports_.pop(report); }
   /// Reports that found no room, since the last call.
   std::uint64_t take_lost() noexcept { return lost_.exchange(0); }
@@ -66,7 +66,7 @@ class StopListener {
     std::size_t discarded = 0;  ///< bytes that came after its answer
     StopReport report{};
     std::unique_ptr<TlsSession> tls{};
-    /// Its handshake has not begun.
+    /// True if the handshake has not begun.
     bool is_new() const { return is_shaking_hands && !tls; }
   };
 
@@ -74,16 +74,15 @@ class StopListener {
   void serve_signals();
   void serve_datagrams();
   void accept_all(int listening);
-  /// Of the client that has the fewest connections, and of those the newest: who connects again and again
-  /// keeps no one else waiting.
+  /// Begins the handshake of the client that has the fewest connections, and of those the newest: a client
+  /// that connects again and again keeps no other waiting.
   void begin_one_handshake();
   std::size_t count_of(std::uint64_t client) const;
   void serve(Connection& connection);
   void answer(Connection& connection, bool is_stop);
   void release(Connection& connection);
   Connection& place_for(std::uint64_t client);
-  /// The oldest connection of the client that has the most, one more of `client` counted; null: there is
-  /// none.
+  /// Oldest connection of the client that has the most, one more of `client` counted; null: there is none.
   Connection* oldest_of_most(std::optional<std::uint64_t> client);
   /// Closes something, for a connection for which the process has no descriptor left.
   bool free_descriptor();

@@ -16,11 +16,11 @@ namespace hapticd::server {
 
 namespace {
 
-/// For kMaxConnections connections of some 50 kB; only what is used takes memory.
+/// Memory for kMaxConnections connections of some 50 kB; only what is used takes memory.
 constexpr std::size_t kPoolBytes = std::size_t{6} << 20U;
 constexpr std::size_t kLargestBlock = std::size_t{64} << 10U;
 
-/// Before each block: what has to be known to give it back.
+/// Header before each block: what has to be known to give it back.
 struct alignas(std::max_align_t) Header {
   std::size_t size;
   bool is_of_pool;
@@ -90,7 +90,8 @@ void* take_again(void* bytes, std::size_t size, const char* file, int line) {
 
 bool is_separate = false;
 
-/// OpenSSL takes memory as soon as it is loaded, and from then on keeps to the functions that it has.
+/// Separates the memory. OpenSSL takes memory as soon as it is loaded, and from then on keeps to the
+/// functions that it has.
 void separate() noexcept {
   is_separate = CRYPTO_set_mem_functions(take, take_again, give_back) == 1;
 }

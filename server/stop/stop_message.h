@@ -15,7 +15,7 @@ using StopAnswer = std::array<char, 33>;
 /// "HAPTICD STOPPED 000000000001e240\n": with the last tick that was completed when the stop was handed to
 /// the loop.
 StopAnswer stopped_answer(std::uint64_t last_tick) noexcept;
-/// "HAPTICD REFUSED 0000000000000000\n": it is denied, or was no stop.
+/// "HAPTICD REFUSED 0000000000000000\n": it is denied, or was not a stop.
 StopAnswer refused_answer() noexcept;
 
 }  // namespace hapticd::server

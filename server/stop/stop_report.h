@@ -6,7 +6,7 @@
 
 namespace hapticd::server {
 
-/// By which path a stop came.
+/// Path by which a stop came.
 enum class StopPath : std::uint8_t { kSignal, kDatagram, kLoopback, kTls };
 
 /// A stop, or an attempt, for the log: handed from the thread that served it to the one that may wait.

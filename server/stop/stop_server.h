@@ -20,8 +20,8 @@ class StopListener;
 
 /// Stops without gRPC: by SIGUSR1, by a datagram beside the unix socket, and by the port next to each port of
 /// the service. One thread serves what comes from this machine and takes neither memory nor a lock for it;
-/// one serves connections with certificates; both run ahead of all ordinary threads, where the system allows
-/// it. A third one writes the log.
+/// one serves connections with certificates; both run ahead of all ordinary threads, if the system allows it.
+/// A third one writes the log.
 class StopServer {
  public:
   struct Parts {
@@ -30,13 +30,12 @@ class StopServer {
     StopRights rights;
     /// Takes the force away, and returns the last completed tick. Must not block.
     std::function<std::uint64_t()> stop;
-    /// May wait: called in a thread of its own. At most some 20 a second of those that were granted,
-    /// and of those that were refused; `unreported`: others since the last.
+    /// May wait: called on a separate thread. At most some 20 a second of those that were granted, and of
+    /// those that were refused; `unreported`: others since the last.
     std::function<void(const StopReport&, std::uint64_t unreported)> report;
   };
 
-  /// Serves when it returns. An error where no descriptors are left, or the
-  /// certificates cannot be used.
+  /// Starts; serves when it returns. An error if no descriptors are left, or the certificates cannot be used.
   static hal::Result<std::unique_ptr<StopServer>> start(Parts parts);
   ~StopServer();
   StopServer(const StopServer&) = delete;

@@ -10,8 +10,8 @@ namespace hapticd::server {
 /// telemetry record` names it.
 struct TelemetryColumn {
   const char* name;       ///< group_quantity_unit, e.g. "contact_reaction_force_n"
-  const char* unit;       ///< "1" where it has none
-  std::uint32_t channel;  ///< bit of rt::channel: where a record lacks it, the cell is NaN
+  const char* unit;       ///< "1" if it has none
+  std::uint32_t channel;  ///< bit of rt::channel: if a record lacks it, the cell is NaN
   double (*value)(const rt::TickRecord& record);
 };
 

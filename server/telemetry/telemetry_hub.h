@@ -35,8 +35,8 @@ struct RecordChunk {
   std::uint64_t dropped_by_server = 0;  ///< since the daemon started
 
   using Encode = std::string (*)(const rt::TickRecord& record, std::uint32_t channels);
-  /// What `encode`, always the same one, makes of a record for the subscribers of these channels: kept, so
-  /// that it is made once, or a few times where some ask at the same time. Any thread.
+  /// Encoded form that `encode`, always the same one, makes of a record for the subscribers of these
+  /// channels: kept, so that it is made once, or a few times if some ask at the same time. Any thread.
   const std::string& encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const;
 
  private:
@@ -104,9 +104,9 @@ class TelemetryHub {
   std::shared_ptr<Subscription> subscribe(SubscriptionOptions options);
   void unsubscribe(const std::shared_ptr<Subscription>& subscription);
 
-  /// The record of the last completed tick, so that a client that got a tick finds it here; all zero before
-  /// the first. It has no angular velocity, which takes the ticks before. Straight from the loop: waits for
-  /// no one.
+  /// Record of the last completed tick, so that a client that got a tick finds it here; all zero before the
+  /// first. It has no angular velocity, which takes the ticks before. Straight from the loop, without
+  /// waiting.
   rt::TickRecord latest() EXCLUDES(latest_mutex_);
   /// Returns when what the loop has written until now is in the queues of the subscribers: has the hub's
   /// thread make a round, and waits for it.
@@ -116,8 +116,8 @@ class TelemetryHub {
   /// Records that no subscriber saw because the loop's ring was full.
   std::uint64_t records_dropped() const { return engine_.records_dropped(); }
 
-  /// One round: takes what the loop has written and tells those whose batch is ready. The hub's thread makes
-  /// one every two milliseconds; one other thread may where it was not started.
+  /// Makes one round: takes what the loop has written and notifies those whose batch is ready. The hub's
+  /// thread makes one every two milliseconds; one other thread may if it was not started.
   void pump(Subscription::Clock::time_point now);
 
  private:
@@ -128,7 +128,7 @@ class TelemetryHub {
 
   rt::Engine& engine_;
 
-  // Of the thread that pumps.
+  // Members of the thread that pumps.
   AngularVelocity turning_;          ///< of the records in the order of the ring
   std::size_t last_chunk_size_ = 0;  ///< about as many come next
 

@@ -17,11 +17,11 @@ struct Range {
 
 /// "0 … 1000 N/mm".
 std::string to_text(const Range& range);
-/// "0.5 N/mm"; a number alone where there is no unit.
+/// "0.5 N/mm"; a number alone if there is no unit.
 std::string to_text(double value, std::string_view unit);
 
-/// An error when the value is not finite or outside its range. `what` names the quantity, e.g. "target
-/// stiffness".
+/// Checks a value: an error when it is not finite or outside its range. `what` names the quantity, e.g.
+/// "target stiffness".
 std::optional<hal::Error> check(double value, const Range& range, std::string_view what,
                                 std::string_view where);
 

@@ -20,7 +20,7 @@ std::optional<hal::Error> check_name(std::string_view kind, std::string_view nam
 /// they may be edited while the daemon runs. A file named like a built-in text takes its place.
 class TextLibrary {
  public:
-  /// An empty folder name: built-in texts only.
+  /// Makes a library. An empty folder name: built-in texts only.
   TextLibrary(std::string kind, std::span<const BuiltinText> builtin, std::string folder)
       : kind_(std::move(kind)), builtin_(builtin), folder_(std::move(folder)) {}
 
@@ -29,12 +29,13 @@ class TextLibrary {
     std::string source;  ///< its name in errors: a path, or "built-in scene 'tap_1d'"
   };
 
-  /// Sorted, without duplicates.
+  /// Names, sorted, without duplicates.
   std::vector<std::string> names() const;
   bool contains(const std::string& name) const;
-  /// Unknown names are an error with a suggestion. A name is looked up; it is never used as a path.
+  /// Finds a text; unknown names are an error with a suggestion. A name is looked up; it is never used as a
+  /// path.
   hal::Result<Text> find(const std::string& name) const;
-  /// An error when there is a folder, but it cannot be read.
+  /// Checks the folder: an error if there is one, but it cannot be read.
   std::optional<hal::Error> check_folder() const;
 
  private:

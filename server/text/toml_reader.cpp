@@ -59,7 +59,7 @@ std::string indexed(const std::string& path, std::size_t i) {
   return fmt::format("{}[{}]", path, i);
 }
 
-/// Whether it is an array of exactly `count` numbers.
+/// True for an array of exactly `count` numbers.
 bool holds_numbers(const toml::array* array, std::size_t count) {
   return array != nullptr && array->size() == count &&
          std::all_of(array->begin(), array->end(), [](const toml::node& node) { return node.is_number(); });

@@ -43,10 +43,10 @@ class TomlTable {
   /// All keys of the table, sorted; for tables whose keys are the user's own names. Each still has to be
   /// read.
   std::vector<std::string> keys() const;
-  /// Like has(), and the key counts as known even if it is not read.
+  /// True as has(), and the key counts as known even if it is not read.
   bool wants(std::string_view key);
   std::int64_t line_of(std::string_view key) const;
-  /// If `key` is there, its value is an error; the place is filled in here.
+  /// Refuses the value of `key`, if it is there; the place is filled in here.
   void refuse(std::string_view key, hal::Error error);
 
   void read(std::string_view key, double& value, const Range& range);
@@ -56,17 +56,17 @@ class TomlTable {
   void read(std::string_view key, std::uint64_t& value, const Range& range);
   void read(std::string_view key, bool& value);
   void read(std::string_view key, std::string& value, std::size_t longest = 1024);
-  /// An array of three numbers.
+  /// Reads an array of three numbers.
   void read(std::string_view key, hal::Vector3& value, const Range& range);
   /// An array of N numbers.
   template <std::size_t N>
   void read(std::string_view key, std::array<double, N>& values, const Range& range) {
     numbers(key, values, range);
   }
-  /// At most `most` pairs of numbers, e.g. [[0, 0.2], [5, 0.8]]. Absent: as it was.
+  /// Reads at most `most` pairs of numbers, e.g. [[0, 0.2], [5, 0.8]]. Absent: as it was.
   void read(std::string_view key, std::vector<std::array<double, 2>>& pairs,
             const std::array<Range, 2>& ranges, std::size_t most);
-  /// At most `most` numbers. Absent: as it was.
+  /// Reads at most `most` numbers. Absent: as it was.
   void read(std::string_view key, std::vector<double>& values, const Range& range, std::size_t most);
   /// One of a few words.
   template <class E, std::size_t N>
@@ -99,7 +99,7 @@ class TomlDocument {
   static hal::Result<TomlDocument> open(const std::string& path);
 
   TomlTable root() const;
-  /// The first error by line, unknown keys included. Call it after all known keys were read.
+  /// First error by line, unknown keys included. Call it after all known keys were read.
   std::optional<hal::Error> error() const;
   const std::string& source() const;
 

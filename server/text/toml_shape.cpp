@@ -24,8 +24,8 @@ class Walk {
   void skip_comment() {
     while (!done() && look() != '\n' && bytes_in_line() <= kMaxTomlLine) step();
   }
-  /// At its opening quote. A string of one line ends with the line at the latest: errors in it are left
-  /// to the parser.
+  /// Skips a string, from its opening quote. A string of one line ends with the line at the latest: errors in
+  /// it are left to the parser.
   void skip_string() {
     const char quote = look();
     const bool has_escapes = quote == '"';

@@ -14,8 +14,8 @@ namespace hapticd::server {
 inline constexpr std::size_t kMaxKeyParts = 16;
 inline constexpr std::size_t kMaxTomlLine = 16384;  ///< bytes
 
-/// An error with its line where a key (`a.b = 1`, `[a.b]`, `[[a.b]]`, `{ a.b = 1 }`) has more than
-/// kMaxKeyParts parts, or a line has more than kMaxTomlLine bytes. Dots in strings and comments do not
+/// Checks the shape: an error with its line if a key (`a.b = 1`, `[a.b]`, `[[a.b]]`, `{ a.b = 1 }`) has more
+/// than kMaxKeyParts parts, or a line has more than kMaxTomlLine bytes. Dots in strings and comments do not
 /// count. Whether the text is TOML is left to the parser.
 std::optional<hal::Error> check_toml_shape(std::string_view text, const std::string& source);
 

@@ -18,7 +18,7 @@ class Interlock {
 
   explicit Interlock(const InterlockConfig& config) : config_(config) {}
 
-  /// Nothing, or why the table must not turn at `now`. `free`: no scene sees a contact (rt::Engine::free());
+  /// Nothing, or why the table must not turn at `now`. `free`: no scene sees a contact (rt::Engine::can_exchange_scene());
   /// `last`: the loop's last record. A loop without a tick for too long does not count as watching.
   std::optional<hal::Error> why_not(const rt::TickRecord& last, bool free, Clock::time_point now);
 

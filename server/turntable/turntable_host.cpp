@@ -222,7 +222,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   // While the table turns the force sensor is watched, even if no scene uses it.
   const auto sensor = session_.claim_sensor();
   if (!sensor && !config_.turn_without_sensor) return Refusal{RefusalKind::kUnavailable, sensor.error()};
-  // A tick without a sample, or the very first one, is no reason to refuse.
+  // A tick without a sample, or the very first one, is not refused.
   const auto timeout = Caller::Clock::now() + kGlitch;
   while (this->interlock() && Caller::Clock::now() < timeout) std::this_thread::sleep_for(kLook);
   const auto number = begin();
@@ -277,7 +277,8 @@ void TurntableHost::report_motion(const std::string& words) const {
   on_motion_(words);
 }
 
-// The interlock has stopped the table: what it saw is over. All else lasts until someone sees to the table.
+// Reports a fault. The interlock has stopped the table: what it saw is over. All else lasts until someone
+// sees to the table.
 void TurntableHost::report_fault(rt::GuardFault fault) {
   if (fault == rt::GuardFault::kTurntableMoving) return session_.engine().raise(fault);
   if (fault == rt::GuardFault::kNone) return;

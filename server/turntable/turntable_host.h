@@ -42,8 +42,8 @@ class TurntableHost {
   TurntableHost(const TurntableHost&) = delete;
   TurntableHost& operator=(const TurntableHost&) = delete;
 
-  /// Called when a motion begins and when it is over, in words, in the thread of its call. Set before the
-  /// first.
+  /// Sets what is called when a motion begins and when it is over, in words, on the thread of its call. Set
+  /// it before the first.
   void on_motion(Callback<void(const std::string& words)> call) { on_motion_ = std::move(call); }
 
   /// Stops the table and closes the port; motions end, and no other begins.
@@ -51,7 +51,7 @@ class TurntableHost {
 
   /// Null on a rig without one.
   const hal::Turntable* table() const { return table_.get(); }
-  /// Why it must not turn now.
+  /// Reason why it must not turn now.
   std::optional<hal::Error> interlock();
 
   /// Both return when the table is at rest again, or its connection is lost; they open the port if it is
@@ -65,15 +65,15 @@ class TurntableHost {
   Outcome<hal::TurntableStatus> engage();
   Outcome<hal::TurntableStatus> disengage();
 
-  /// For scenes that need an object under the tool: nothing when the table is at the station, homed and
-  /// with a fresh position; else why the scene must not be loaded. Engages the table.
+  /// Requires a station, for scenes that need an object under the tool: nothing when the table is at the
+  /// station, homed and with a fresh position; else why the scene must not be loaded. Engages the table.
   std::optional<Refusal> require_station(const std::string& name);
 
  private:
   using Begin = Callback<hal::Result<std::uint64_t>()>;
   std::optional<Refusal> unavailable() const;
   std::optional<Refusal> ready();
-  /// Why the table must stay: the scene that is loaded was loaded for its station.
+  /// Reason why the table must stay: the scene that is loaded was loaded for its station.
   std::optional<Refusal> needed_where_it_is() const;
   Outcome<hal::TurntableStatus> perform(const Begin& begin, const Caller& caller, const Progress& progress);
   void report_motion(const std::string& words) const;

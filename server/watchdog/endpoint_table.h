@@ -12,10 +12,10 @@
 
 namespace hapticd::server {
 
-/// How the daemon stands with an endpoint of the watchdog.
+/// State of an endpoint of the watchdog.
 enum class EndpointState : std::uint8_t {
   kAwaited,   ///< has not checked in since the daemon started
-  kAlive,     ///< and pressed, where it is a pedal
+  kAlive,     ///< and pressed, if it is a pedal
   kReleased,  ///< alive, but its pedal is not pressed
   kMissing,   ///< not heard of for its time
 };
@@ -47,26 +47,26 @@ struct EndpointView {
   std::uint64_t wrong_nonces = 0;
 };
 
-/// Who checks in, by which nonce, and who is missing. Knows no clock, no thread and no force: times are
-/// given. Not for several threads at once.
+/// Endpoints that check in, by which nonce, and which are missing. Knows no clock, no thread and no force:
+/// times are given. Not for several threads at once.
 class EndpointTable {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// `new_nonce`: a random number that no one can guess, never 0.
+  /// `new_nonce`: a random number that cannot be guessed, never 0.
   EndpointTable(const WatchdogConfig& config, std::function<std::uint64_t()> new_nonce);
 
-  /// Refused: kNotFound (the name), kInvalidArgument (no sender; a pedal that does not say whether it is
-  /// pressed), kFailedPrecondition (another sender is alive), kAborted (not the awaited nonce).
+  /// Checks in. Refused: kNotFound (the name), kInvalidArgument (no sender; a pedal that does not say whether
+  /// it is pressed), kFailedPrecondition (another sender is alive), kAborted (not the awaited nonce).
   Outcome<CheckInAnswer> check_in(const CheckInRecord& check_in, Time now);
-  /// Those whose time is over are missing from now on; their names.
+  /// Marks those whose time is over as missing from now on; returns their names.
   std::vector<std::string> lapse(Time now);
 
-  /// No endpoint is awaited or missing.
+  /// True if no endpoint is awaited or missing.
   bool all_alive() const;
-  /// The last word of a pedal was that it is released.
+  /// True if the last word of a pedal was that it is released.
   bool any_released() const;
-  /// When the first of those that are alive will be missing; nothing where none is alive.
+  /// Time when the first of those that are alive will be missing; nothing if none is alive.
   std::optional<Time> next_lapse() const;
   std::vector<EndpointView> views(Time now) const;
   bool empty() const { return entries_.empty(); }
@@ -94,8 +94,7 @@ class EndpointTable {
   std::function<std::uint64_t()> new_nonce_;
 };
 
-/// "endpoint 'pedal' was not heard of for 1.2 s; …" of all that are not alive and pressed; empty where all
-/// are.
+/// "endpoint 'pedal' was not heard of for 1.2 s; …" of all that are not alive and pressed; empty if all are.
 std::string missing_words(const std::vector<EndpointView>& views);
 
 }  // namespace hapticd::server

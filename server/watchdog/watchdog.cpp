@@ -70,7 +70,7 @@ std::vector<EndpointView> Watchdog::views() const {
   return table_.views(Clock::now());
 }
 
-// One that is over before the next tick latches, too: it is raised as well.
+// Sets a fault. One that is over before the next tick latches, too: it is raised as well.
 void Watchdog::set_fault(rt::GuardFault fault, bool present) {
   session_.engine().set_standing(fault, present);
   if (present) session_.engine().raise(fault);
@@ -83,7 +83,7 @@ void Watchdog::permit_until(Clock::time_point until) {
   session_.engine().set_permit_until(session_.now_ns() + left.count());
 }
 
-// The loop takes what is passed on without a lock: under this one, its order is that of the changes.
+// Passes changes on. The loop takes them without a lock: under this one, their order is that of the changes.
 void Watchdog::pass_on(LogLines& lines) {
   if (!has_endpoints_) return;
   const bool missing = !table_.all_alive();

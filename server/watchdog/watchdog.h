@@ -19,16 +19,16 @@ class Watchdog {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Raises kEndpointMissing and kPedalReleased in the session's loop, for as long as they are so; where
-  /// there are endpoints they are missing at first. Permits force until the first of them would be missing.
+  /// Raises kEndpointMissing and kPedalReleased in the session's loop, for as long as they are so; endpoints,
+  /// if there are any, are missing at first. Permits force until the first of them would be missing.
   Watchdog(const WatchdogConfig& config, Session& session);
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// See EndpointTable::check_in().
+  /// Checks in; see EndpointTable::check_in().
   Outcome<CheckInAnswer> check_in(const CheckInRecord& check_in);
-  /// In the order of the configuration; empty where no watchdog is configured.
+  /// Views in the order of the configuration; empty if no watchdog is configured.
   std::vector<EndpointView> views() const;
 
  private:

@@ -12,10 +12,10 @@
 
 namespace hapticd::test {
 
-/// The way without the vendor's library and without a box, in virtual time: the simulated physics between the
+/// Rig without the vendor's library and without a box, in virtual time: the simulated physics between the
 /// gauges, encoders and motors of a scripted board, ten times a tick; the sensor's driver with its
 /// calibration file, the device's with its kinematics, currents and limits; the engine. Repeatable, but for
-/// the device's watchdog, which has a thread of its own.
+/// the device's watchdog, which has its own thread.
 class BoardRig final : public Run {
  public:
   /// Throws std::runtime_error with the full complaint of the one who refused. The device is homed.
@@ -29,9 +29,10 @@ class BoardRig final : public Run {
   phantom::PhantomDevice& device() { return *device_; }
   const hal::TruthSample& truth() const { return truth_; }
 
-  /// After the turns of the world that belong to it; a late one after more, those behind it after fewer.
+  /// Ticks after the turns of the world that belong to it; a late tick after more, those behind it after
+  /// fewer.
   void tick();
-  /// Time passes for the world and the board, but no one ticks.
+  /// Lets time pass for the world and the board, without a tick.
   void pass_without_tick(double seconds);
   /// Done to the samples of the ticks to come; empty = nothing.
   void tamper(std::function<void(hal::RigSample&)> change) { tamper_ = std::move(change); }

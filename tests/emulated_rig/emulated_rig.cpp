@@ -18,7 +18,7 @@ namespace hapticd::test {
 
 namespace {
 
-/// Threads inherit the priority of who starts them; so it has it while they are started.
+/// Gives the priority to threads while they are started: they inherit it from the thread that starts them.
 class PriorityWhileStarting {
  public:
   explicit PriorityWhileStarting(int fifo_priority) {

@@ -20,7 +20,7 @@ namespace hapticd::test {
 
 struct EmulatedRigConfig : RunConfig {
   double stall_s = 0.1;  ///< see OpenHapticsConfig
-  /// SCHED_FIFO for all threads of the peers and the drivers, where the machine grants it; 0 = ordinary.
+  /// SCHED_FIFO for all threads of the peers and the drivers, if the machine grants it; 0 = ordinary.
   int fifo_priority = 40;
   bool sensor_on_board = false;  ///< the force sensor's gauges on an analog board, not a Net F/T box
 };
@@ -45,7 +45,8 @@ class EmulatedRig final : public Run {
   emulators::EmulatedBench& bench() { return *bench_; }
   rt::LoopStatistics statistics() const { return loop_->statistics(); }
 
-  /// While it does, samples that are old because this machine paused do not look old; by default it does not.
+  /// Forgives stalls: while it does, samples that are old because this machine paused do not look old; by
+  /// default it does not.
   void forgive_stalls(bool forgives) { forgives_.store(forgives); }
   std::uint64_t forgiven() const { return forgiven_.load(); }  ///< ticks
 

@@ -21,7 +21,7 @@ rt::SceneSpec stiffer() {
 
 // -- live
 
-/// From the fault on nothing is put down to the machine any more, until it is over.
+/// Puts nothing down to the machine any more from the fault on, until it is over.
 std::function<void()> unforgiving(EmulatedRig& rig, std::function<void()> make) {
   rig.forgive_stalls(true);
   return [&rig, make = std::move(make)] {
@@ -48,8 +48,8 @@ FaultPlan between_ticks(EmulatedRig& rig, GuardFault fault, std::function<void()
   return plan;
 }
 
-/// Made with a record: the first tick that begins after that was sent could know; or, where the records
-/// cease, the first that found none.
+/// Made with a record: the first tick that begins after that was sent could know; or, if the records cease,
+/// the first that found none.
 FaultPlan with_a_record(EmulatedRig& rig, GuardFault fault, bool silent, std::function<void()> make,
                         std::function<void()> fix) {
   FaultPlan plan;
@@ -242,7 +242,7 @@ FaultPlan no_commands(BoardRig& rig) {
   plan.inject = [&rig, aware] {
     *aware = rig.last().tick + 1;
     rig.pass_without_tick(0.025);
-    // The watchdog has a thread of its own, which looks at the board's time.
+    // The watchdog has its own thread, which looks at the board's time.
     for (int k = 0; k < 10'000 && rig.output_n() != 0.0; ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

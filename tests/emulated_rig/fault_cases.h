@@ -21,9 +21,9 @@ struct FaultCase {
   friend void PrintTo(const FaultCase& made, std::ostream* out) { *out << made.name; }
 };
 
-/// At the Net F/T box and at the vendor's library, live.
+/// Faults at the Net F/T box and at the vendor's library, live.
 const std::vector<FaultCase<EmulatedRig>>& live_fault_cases();
-/// At the board, and what needs no peer; in virtual time.
+/// Faults at the board, and those that need no peer; in virtual time.
 const std::vector<FaultCase<BoardRig>>& board_fault_cases();
 
 /// How patient guard and drivers are while a fault is observed.

@@ -40,7 +40,7 @@ sim::HandProgram lifting() {
   return hand;
 }
 
-/// Whose force is taken away.
+/// Faults that take the force away.
 constexpr rt::FaultSet kTakesForce =
     rt::faults_that([](const rt::FaultRule& rule) { return rule.action != FaultAction::kWarn; });
 
@@ -133,7 +133,7 @@ class Trial {
     return true;
   }
 
-  /// Until the force is zero, as the guard commands it and at the device.
+  /// Waits until the force is zero, as the guard commands it and at the device.
   bool fall() {
     const std::size_t aware = place_of(trial_.aware_tick);
     const auto zero_at = [&]() -> std::optional<std::size_t> {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kDriftNPerS = 1e-3;
 constexpr double kTickS = 1e-3;
-// Of a machine that others use too.
+// Bound for a machine that others use too.
 constexpr double kLateSensorMs = 1000.0;
 constexpr double kLateLoopMs = 1000.0;
 constexpr std::uint64_t kTicksBetweenLooks = 5;

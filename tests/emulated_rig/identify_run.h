@@ -32,12 +32,12 @@ struct IdentifyRunResult {
 
 /// Does what the identification requests on a rig of real drivers until it has converged, wants nothing more
 /// or the time is over: the simulated hand moves, the device renders what is asked of it. Throws
-/// std::runtime_error where a scene is refused.
+/// std::runtime_error if a scene is refused.
 IdentifyRunResult identify_on(Run& run, identification::Identification& identification,
                               const IdentifyRunConfig& config);
 
-/// A rig for that: its sensor drifts by 1 mN/s, its clock is late by 0.5 ms twice a second and by 5 ms every
-/// three seconds, and no scene of its own is in the way.
+/// Rig for identification: its sensor drifts by 1 mN/s, its clock is late by 0.5 ms twice a second and by 5
+/// ms every three seconds, and it has no scene in the way.
 RunConfig rig_for_identification(const sim::SimulationConfig& simulation);
 
 }  // namespace hapticd::test

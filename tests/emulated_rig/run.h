@@ -19,10 +19,10 @@ namespace hapticd::test {
 struct RunConfig {
   sim::SimulationConfig simulation{};
   rt::SceneSpec scene{};
-  const rt::ObjectModel* model = nullptr;  ///< of the object, where the scene needs one
+  const rt::ObjectModel* model = nullptr;  ///< of the object, if the scene needs one
   /// How the simulated world lies in the rig's frame, see BenchConfig::turn.
   hal::Quaternion turn{};
-  /// By how much later than even each tick is, over and over; empty = they are even.
+  /// Lateness of each tick against even times, over and over; empty = they are even.
   std::vector<double> late_us{};
   /// > 0: an instrument on the board sees the tip along x, y and z, with so many mm/V.
   double instrument_mm_per_v = 0.0;
@@ -37,7 +37,7 @@ class Run {
   rt::Engine& engine() { return *engine_; }
   TappedRig& rig() { return *tapped_; }
   const rt::SceneSpec& scene() const { return scene_; }
-  /// Throws std::runtime_error where it is refused.
+  /// Throws std::runtime_error if it is refused.
   virtual void set_hand(const sim::HandProgram& program) = 0;
 
   /// Time passes until it comes true; false when it has not within so many seconds of the run.
@@ -48,16 +48,16 @@ class Run {
   /// The guard's latch is left, if it can be.
   rt::EngineOutcome clear();
   /// The scene in force is exchanged for this one, without a model of the object; null: for none. Throws
-  /// std::runtime_error where it is refused.
+  /// std::runtime_error if it is refused.
   void exchange(const rt::SceneSpec* scene);
   /// Whether records() grows; what is long and looks at something else needs none of them.
   void keep_records(bool keep) { keeps_records_ = keep; }
   const hal::RigInfo& rig_info() const { return tapped_->info(); }
   const hal::Quaternion& turn() const { return turn_; }  ///< of the world
 
-  /// Of all ticks of the engine so far, their numbers without a gap as long as whole() holds.
+  /// Records of all ticks of the engine so far, their numbers without a gap as long as whole() holds.
   const std::vector<rt::TickRecord>& records() const { return records_; }
-  /// Where among them the record of a tick is.
+  /// Index among them of the record of a tick.
   std::size_t place_of(std::uint64_t tick) const {
     return static_cast<std::size_t>(tick - records_.front().tick);
   }
@@ -65,7 +65,7 @@ class Run {
   bool whole() { return engine().records_dropped() == 0; }
 
  protected:
-  /// Once, of a rig whose parts are engaged. Throws std::runtime_error where the scene is refused.
+  /// Once, of a rig whose parts are engaged. Throws std::runtime_error if the scene is refused.
   void compose(const RunConfig& config, hal::Rig& rig, std::function<double()> standing_n);
 
   /// Lets about a tick pass.

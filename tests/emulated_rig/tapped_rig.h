@@ -33,7 +33,7 @@ class TappedRig final : public hal::Rig {
   /// Done to every sample before it is handed on; before the clock runs.
   void change_samples(std::function<void(hal::RigSample&)> change) { change_ = std::move(change); }
 
-  /// Of the ticks begun so far, each at the place of its number.
+  /// Number of ticks begun so far, each at the place of its number.
   std::size_t marks() const noexcept { return marks_.load(std::memory_order_acquire); }
   const TickMark& mark(std::size_t tick) const { return series_[tick]; }
 

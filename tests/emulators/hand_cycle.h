@@ -19,7 +19,7 @@ struct HandTask {
 /// friction, tool, threshold, gains or structural stiffness asks.
 std::vector<std::string> hand_programs();
 
-/// Of the programs of a single motion; at rest for the others.
+/// Program of a single motion; at rest for the others.
 sim::HandProgram single_motion(const HandTask& task);
 
 /// One motion after the other. Empty for the programs of a single motion.

@@ -15,7 +15,7 @@ class InstructedHand {
  public:
   explicit InstructedHand(std::string file) : file_(std::move(file)) {}
 
-  /// Reads on. True where other words came, apart from how far a thing has come.
+  /// Reads on. True if other words came, apart from how far a thing has come.
   bool read();
   /// What is to be done now; the same words again are done a little differently, as a person would.
   sim::HandProgram next();
@@ -30,7 +30,7 @@ class InstructedHand {
   bool follows_ = false;
 };
 
-/// The motion that the words ask for, for the so manieth time. At rest where they ask for none.
+/// The motion that the words ask for, for the so manieth time. At rest if they ask for none.
 sim::HandProgram motion_for(const std::string& words, unsigned tries);
 
 }  // namespace hapticd::emulators

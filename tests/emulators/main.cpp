@@ -71,7 +71,7 @@ std::unique_ptr<emulators::HdPage> open_page(const std::string& path) {
   return std::make_unique<emulators::HdPage>(path);
 }
 
-/// By how much later than even each tick is: as recorded in a file, or "builtin": half a millisecond twice a
+/// Lateness of each tick against even times: as recorded in a file, or "builtin": half a millisecond twice a
 /// second, 5 ms every three seconds, 30 ms every ten.
 std::vector<double> late_ticks_of(const std::string& text) {
   std::vector<double> late_us;
@@ -156,7 +156,7 @@ double posture_s(const sim::HandProgram& program) {
   return program.kind == Kind::kSway || program.kind == Kind::kRest ? program.hold_s : 0.0;
 }
 
-/// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object
+/// Waits until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object
 /// vanishes and slides as asked.
 void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench,
                       TrackerFile& tracker, const std::function<bool()>& may_begin,
@@ -223,7 +223,7 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   }
 }
 
-/// How the world lies in the rig's frame; not turned where the press is the usual one.
+/// How the world lies in the rig's frame; not turned if the press is the usual one.
 hal::Quaternion turn_of(const Options& options) {
   const auto vector = [](const std::vector<double>& v) { return hal::Vector3{v.at(0), v.at(1), v.at(2)}; };
   const hal::Vector3 press = vector(options.press_direction);
@@ -304,7 +304,7 @@ int run(const Options& options) {
   config.simulation.condition_values = values_of(options);
   config.simulation.tool_mass_g = options.tool_mass_g;
   if (options.edge_mm > 0.0) config.simulation.hold.edge_mm = options.edge_mm;
-  config.truth_capacity = 1;  // no one asks for it
+  config.truth_capacity = 1;  // it is not asked for
   if (device_on_board && options.conditions == "arm") {
     throw std::runtime_error("--conditions arm needs --device-over openhaptics: the board's arm is another");
   }

@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const turntable::DriveReading reading = modbus::interpret(map, gear, plan, words);
     (void)modbus::hint_of_order(map, gear, plan, words, -180.0, 180.0);
     if (std::isfinite(reading.position_deg)) supervisor.observe(now, reading);
-    // What was read can be written, bit for bit, unless it is no number.
+    // What was read can be written, bit for bit, unless it is not a number.
     for (std::size_t i = 0; i < words.size() && !words[i].empty(); ++i) {
       if (words[i].size() < modbus::words_of(format.type)) continue;
       const double number = modbus::decode(format, words[i]);

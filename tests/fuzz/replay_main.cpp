@@ -1,5 +1,5 @@
-// Stands in for the fuzzer where there is none: hands every file of the folders and files named to the
-// target, each as it is, cut off in the middle, and with one byte changed.
+// Replaces the fuzzer if there is none: hands every file of the folders and files named to the target, each
+// as it is, cut off in the middle, and with one byte changed.
 
 #include <cstddef>
 #include <cstdint>

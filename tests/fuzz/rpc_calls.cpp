@@ -1,6 +1,6 @@
 // Calls every method of the contract with requests made up from its descriptors: wrong numbers, absent and
-// repeated fields, bytes that are no message. The daemon runs in this process, so whatever breaks it breaks
-// this. The same seed makes the same requests.
+// repeated fields, bytes that are not a message. The daemon runs in this process, so whatever breaks it
+// breaks this. The same seed makes the same requests.
 //
 //   fuzz_rpc_calls [CALLS [SEED]]
 
@@ -210,7 +210,7 @@ std::vector<const MethodDescriptor*> methods_of_the_contract() {
   return methods;
 }
 
-/// These take a quarter of a second or more each time they are served.
+/// True for methods that take a quarter of a second or more each time they are served.
 bool takes_long(const std::string& method) {
   return method == "Diagnose" || method == "BiasForceSensor" || method == "Home" ||
          method == "ExplainScene" || method == "MoveTo" || method == "WatchIdentification" ||
@@ -285,7 +285,7 @@ std::string complaint(const grpc::Status& status, bool is_ours) {
     case grpc::StatusCode::UNIMPLEMENTED:
       return "the method is not there";
     case grpc::StatusCode::UNAVAILABLE:
-      // Of the turntable and the sensor it is an answer; of the service it has none.
+      // For the turntable and the sensor it is an answer; the service has none.
       return status.error_details().empty() ? "the service is gone" : "";
     case grpc::StatusCode::INTERNAL:
       return is_ours && status.error_details().empty() ? "an error inside, or without a word" : "";

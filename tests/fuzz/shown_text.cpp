@@ -1,4 +1,4 @@
-// What of a text reaches a terminal or a log, whoever wrote it.
+// What of a text reaches a terminal or a log, whatever its author.
 
 #include <cstddef>
 #include <cstdint>

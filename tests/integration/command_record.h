@@ -11,7 +11,8 @@
 
 namespace hapticd::test {
 
-/// What went to the device, tick by tick, as a subscriber sees it; kept by a thread of its own until stop().
+/// Commands that went to the device, tick by tick, as a subscriber sees them; kept by a separate thread until
+/// stop().
 class CommandRecord {
  public:
   struct Tick {

@@ -9,7 +9,7 @@
 
 namespace hapticd::test {
 
-/// The hapticd.v1.ErrorDetail inside a status; empty where there is none. Fails the test when the
+/// Detail (hapticd.v1.ErrorDetail) inside a status; empty if there is none. Fails the test when the
 /// google.rpc.Status around it contradicts the status.
 v1::ErrorDetail detail_of(const grpc::Status& status);
 

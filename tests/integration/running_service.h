@@ -27,19 +27,20 @@ inline constexpr std::chrono::seconds kTimeout{60};
 /// A context whose call ends in an error rather than never.
 std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds timeout = kTimeout);
 
-/// A connection of its own, shared with no other channel. With a fixed window no more than 64 KiB of a stream
-/// are on the way to a client that does not read; otherwise gRPC lets it grow to megabytes.
+/// Window of a separate connection, shared with no other channel. With a fixed window no more than 64 KiB of
+/// a stream are on the way to a client that does not read; otherwise gRPC lets it grow to megabytes.
 enum class Window { kGrowing, kFixed };
 std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window = Window::kGrowing);
 
 /// The simulated rig on a free port, without any of the privileges a loop would like.
 server::DaemonConfig quiet_config();
 
-/// The same with ceilings that leave room for tests of what lies below them: stiff targets, no floor of their
-/// ramps.
+/// Configuration with ceilings that leave room for tests of what lies below them: stiff targets, no floor of
+/// their ramps.
 server::DaemonConfig generous_config();
 
-/// The same with a simulated turntable that knows these stations; a stall of the machine is no fault of it.
+/// Configuration with a simulated turntable that knows these stations; a stall of the machine does not count
+/// as its fault.
 server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations);
 
 using Condition = std::function<bool(const v1::RigState&)>;

@@ -49,7 +49,7 @@ class ReachedBothWays {
   ~ReachedBothWays() { unsetenv("HAPTICD_CERTIFICATES"); }
   ReachedBothWays(const ReachedBothWays&) = delete;
   ReachedBothWays& operator=(const ReachedBothWays&) = delete;
-  /// From elsewhere, commands need a lease; a connection with certificates counts as such.
+  /// Addresses; from elsewhere, commands need a lease, and a connection with certificates counts as such.
   std::vector<std::string> addresses() const {
     return {service_.address(), "tls:127.0.0.1:" + std::to_string(service_.daemon->tls_port())};
   }

@@ -97,7 +97,7 @@ def test_bids_has_all_rows_and_says_what_they_are(sessions: Path, tmp_path: Path
     assert main(["export", str(sessions), "--out", str(out)]) == 1  # nothing is overwritten
 
 
-#: Of journals: times of the rig with a recording, without one, and with one begun again after a pause.
+#: Times of journals: of the rig with a recording, without one, and with one begun again after a pause.
 TIMES = {
     "recorded": [("recording", 100.0, None), ("presentation", 104.0, 3.0), ("answer", 105.0, None)],
     "not_recorded": [("presentation", 104.0, 3.0), ("answer", 105.0, None)],

@@ -39,7 +39,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {"set_target": {"stiffness_n_per_mm": 0.3
 
 
 def methods_of_the_contract() -> list[str]:
-    """From the descriptors of the messages' modules, not from the table."""
+    """Names from the descriptors of the messages' modules, not from the table."""
     import hapticd.v1 as package
 
     names = []
@@ -168,7 +168,7 @@ def test_certificates_show_who_it_is(lab: Any) -> None:
 
 
 def test_a_port_that_is_spoken_to_in_the_wrong_way_is_named(lab: Any) -> None:
-    """By both clients, and with an address that works."""
+    """Tests both clients, and with an address that works."""
     encrypted, plain = lab["tls"].removeprefix("tls:"), lab["plain"]
     for address, problem, remedy in [
         (encrypted, "this port expects certificates", f"tls:{encrypted}"),
@@ -187,7 +187,7 @@ def hapticctl(*arguments: str) -> Any:
     return subprocess.run([BINARIES / "hapticctl", *arguments], capture_output=True, text=True, check=False)
 
 
-#: Each runs until it is ended, and receives nothing where nothing happens.
+#: Each runs until it is ended, and receives nothing if nothing happens.
 WATCHERS = [
     ["telemetry", "watch"],
     ["telemetry", "record", "rows.csv"],
@@ -200,7 +200,7 @@ DARK_LIMIT_S = 15.0
 
 
 def test_a_network_that_goes_dark_is_noticed(start_daemon: Any, tmp_path: Path) -> None:
-    """By every program that only listens: exit code 3."""
+    """Tests every program that only listens: exit code 3."""
     relay = Relay(start_daemon().address)
     with contextlib.ExitStack() as ending:
         ending.callback(relay.end)
@@ -267,7 +267,7 @@ def test_the_lease_survives_a_caller_that_blocks(rig: hapticd.Rig, keep_busy: An
     rig.load_scene("tap_1d")
     with rig.lease("long computation", ttl_s=TTL_S) as lease:
         keep_busy(BLOCKED_S)
-        rig.set_target(0.3)  # raises where it expired meanwhile
+        rig.set_target(0.3)  # raises if it expired meanwhile
         assert rig.get_lease().lease.number == lease.number
     assert not rig.get_lease().HasField("lease")
 
@@ -360,7 +360,7 @@ def test_what_is_lost_is_counted_where_it_was_lost() -> None:
 
 
 def chunk_ends(content: bytes) -> list[int]:
-    """Where the chunks of an MCAP file end."""
+    """Offsets at which the chunks of an MCAP file end."""
     found, at = [], 8
     while at + 9 <= len(content):
         code, size = struct.unpack_from("<BQ", content, at)

@@ -24,7 +24,7 @@ def socket_of(folder: Path) -> Path:
 
 @pytest.fixture
 def memory_path() -> Iterator[Path]:
-    """As tmp_path, but in memory."""
+    """Folder as tmp_path, but in memory."""
     with memory_folder() as folder:
         yield folder
 

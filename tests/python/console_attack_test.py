@@ -1,4 +1,4 @@
-"""Who is kept out of the console: other sites, other names, floods; and that the rig does not notice."""
+"""What is kept out of the console: other sites, other names, floods; and that the rig does not notice."""
 
 from __future__ import annotations
 
@@ -263,7 +263,7 @@ def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any, console: Any)
     before = ticks(daemon)
     assert visitor.rpc("SafetyService/Stop")[0] == 200
     assert ticks(daemon) > before
-    # Of pages that are signed in, no more than are allowed.
+    # No more pages that are signed in are kept than are allowed.
     pages = [Socket(visitor.port, visitor.cookie) for _ in range(70)]
     assert [one.status for one in pages[:64]] == [101] * 64 and {one.status for one in pages[64:]} == {503}
     assert visitor.rpc("SafetyService/Stop")[0] == 200
@@ -313,7 +313,8 @@ def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, sta
     assert ask("anna", "SafetyService/Stop", headers={"Origin": "http://127.0.0.1:" + str(port)})[0] == 403
     with pytest.raises((ssl.SSLError, ConnectionError, http.client.HTTPException)):
         ask("", "AccessService/GetAccess")
-    # The same on the socket: what may be seen, what only an operator may begin, and no one without a certificate.
+    # Tests the same on the socket: what may be seen, what only an operator may begin, and nothing without a
+    # certificate.
     watches = Socket(port, secure=secured("otto"))
     assert watches.status == 101
     watches.send(b'{"open":1,"method":"hapticd.v1.EventService/WatchEvents","request":{},"credits":9}')
@@ -324,7 +325,7 @@ def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, sta
     assert Socket(port, secure=secured("otto"), origin="https://elsewhere.example").status == 403
     with pytest.raises((ssl.SSLError, ConnectionError, IndexError)):
         Socket(port, secure=secured(""))
-    # Whoever asks on the rig itself is told where it is.
+    # A client that asks on the rig itself is told where it is.
     with hapticd.connect(daemon.address) as rig:
         assert rig.open_console().url == f"https://127.0.0.1:{port}/"
     status, refused = ask("lost", "RigService/GetRigState")
@@ -353,7 +354,7 @@ def test_no_request_ends_the_console_or_the_daemon(daemon: Any, console: Any) ->
         assert live.is_closed()
         status, refused = visitor_raw(visitor, nested)
         assert status == 400 and "nests too deep" in refused["message"]
-    # Bytes that are no text of JSON, or of none at all.
+    # Bytes that are not text of JSON, or of none at all.
     for body in (b"\xff\xfe", b'{"x":"\xff"}', b'{"x":' + b"9" * 10_000 + b"}", b"\0" * 100):
         assert visitor_raw(visitor, body)[0] == 400
     assert console.process.poll() is None
@@ -461,7 +462,7 @@ def test_any_body_stops(daemon: Any, console: Any, tmp_path: Path) -> None:
 
 
 def whole_answer(wire: socket.socket) -> bytes:
-    """Until the other end has sent all."""
+    """Reads until the other end has sent all."""
     answer = b""
     while piece := wire.recv(65536):
         answer += piece
@@ -580,7 +581,7 @@ def test_over_the_unix_socket_the_user_decides_who_is_a_console(start_daemon: An
 
 
 def test_a_cookie_is_of_one_console(daemon: Any, start_console: Any, tmp_path: Path) -> None:
-    # Of the same secret: a browser shows its cookies to every port of the host.
+    # A console of the same secret: a browser shows its cookies to every port of the host.
     visitor = Visitor(daemon, start_console("--state", str(tmp_path)))
     other = start_console("--state", str(tmp_path))
     name, value = visitor.cookie.split("=")
@@ -644,6 +645,6 @@ def test_a_console_elsewhere_shows_a_certificate_of_its_role(start_daemon: Any, 
     with hapticd.connect(daemon.address) as rig:
         assert visitor.rpc("AccessService/GetAccess")[1]["identity"] == rig.get_access().identity
     assert visitor.rpc("SafetyService/Stop")[0] == 200
-    # Another role calls on behalf of no one.
+    # Another role cannot call on behalf of a client.
     refused = start_console("--certificates", str(made / "clients/otto"), server=f"tls:127.0.0.1:{port}")
     assert "refuses this console" in refused.log.read_text()

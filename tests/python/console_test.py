@@ -157,7 +157,7 @@ def test_a_recording_is_read_and_an_incident_explained(page: Page, daemon: Any) 
     assert page.problems() == []
 
 
-#: Marks of a plot, as placeLabels() has them: bad ones keep their place, none stands over another.
+#: Marks of a plot, as placeLabels() has them: bad ones keep their place, none covers another.
 LABELS = """
     return import('/mark_labels.js').then(({placeLabels}) => placeLabels(
         [{x: 60, text: 'recording'}, {x: 62, text: 'command'}, {x: 63, text: 'a note of what was done that is far too long for it'},
@@ -328,7 +328,7 @@ def test_every_view_can_be_reached_by_keys_and_has_names_for_all_controls(page: 
     page.driver.set_window_size(*SIZE)
     page.click("◐", "header")
     assert page.run("return document.documentElement.dataset.theme") == "dark"
-    # All that is written can be read, in both themes: WCAG's contrast of 4.5, 3 where it is large.
+    # All that is written can be read, in both themes: WCAG's contrast of 4.5, 3 if it is large.
     for _ in range(2):
         for view in ("now", "scene", "identify", "objects", "turntable", "recordings", "experiment", "log"):
             page.view(view)

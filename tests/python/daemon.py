@@ -1,4 +1,4 @@
-"""A daemon of its own on the simulated rig, on a free port, and the program that shows its page."""
+"""Separate daemon on the simulated rig, on a free port, and the program that shows its page."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from hapticd.v1 import calibration_pb2
 
 SCENE = 'name = "corrected"\nkind = "tap_1d"\ncorrected_poses = true\n[target]\nstiffness_n_per_mm = 0.6\n[watch]\n' + LATE
 LATENCY_MS = 22.0
-# Of the rig's own: its poses are stamped when the device's scheduler runs, up to a tick after the arm was there.
+# Period of the rig: its poses are stamped when the device's scheduler runs, up to a tick after the arm was there.
 TICK_MS = 1.5
 HELD_OUT_S = 12.0
 
@@ -51,7 +51,8 @@ def messages(rows: Iterator[list[float]], ahead_ns: int) -> Iterator[calibration
 
 
 def marker_error_mm(rig: hapticd.Rig, tracker: Path, calibration: Any, ahead_ns: int) -> float:
-    """Of the marker where corrected poses have it, against what the tracker sees, in the median of motion not calibrated with."""
+    """Error of the marker where corrected poses have it, against what the tracker sees, in the median of motion not
+    calibrated with."""
     enough = threading.Event()
     seen: list[list[float]] = []
     reader = threading.Thread(target=lambda: seen.extend(rows_of(tracker, enough)), daemon=True)

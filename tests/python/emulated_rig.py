@@ -17,7 +17,7 @@ CEILINGS = "\n[guard]\nmax_sensor_stale_after_ms = 1000\nmax_loop_gap_ms = 1000\
 
 
 class EmulatedRig:
-    """Its processes, each with its output in a file of the folder, and where the daemon listens."""
+    """Processes of the rig, each with its output in a file of the folder, and where the daemon listens."""
 
     def __init__(self, folder: Path, *options: Any) -> None:
         self.folder = folder

@@ -13,6 +13,6 @@ MEMORY = Path("/dev/shm")
 
 @contextlib.contextmanager
 def memory_folder() -> Iterator[Path]:
-    """A folder, in memory where the system has such a place; gone at the end."""
+    """A folder, in memory if the system has such a place; gone at the end."""
     with tempfile.TemporaryDirectory(prefix="hapticd_", dir=MEMORY if os.access(MEMORY, os.W_OK) else None) as folder:
         yield Path(folder)

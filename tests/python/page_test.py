@@ -172,7 +172,7 @@ def test_a_session_at_the_page(start_daemon: Any, tmp_path: Path) -> None:
     assert kinds(events)[-1] == "end"
     answers = [event for event in events if event["event"] == "answer"]
     assert [event["answer"] for event in answers] == ["first", "first"]
-    # A key before the question was no answer, and is not forgotten.
+    # A key before the question did not count as an answer, and is not forgotten.
     assert [event["key"] for event in events if event["event"] == "early"] == ["2"]
     assert page.phases.index("touch") < page.phases.index("question")
     # Each presentation joins to its telemetry by the ticks.

@@ -179,7 +179,7 @@ def test_the_protocol_of_the_page_runs_as_it_is_printed(start_daemon: Any, tmp_p
     journals = sorted((tmp_path / "pilot").glob("*.jsonl"))
     events = [journal.read(path) for path in journals]
     assert len(events) == 2 and all(one[-1]["event"] == "end" for one in events)
-    assert events[0][0]["rendered_n_per_mm"]["ball"] > 0.5  # what the rig has, where the protocol says nothing
+    assert events[0][0]["rendered_n_per_mm"]["ball"] > 0.5  # what the rig has, if the protocol says nothing
     # Measured twice, and used by both participants.
     felt = [{event.get("felt_n_per_mm") for event in one if event["event"] == "presentation" and event["role"] == "reference"} for one in events]
     assert len(felt[0] | felt[1]) <= simulation.HANDS

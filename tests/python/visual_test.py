@@ -1,4 +1,4 @@
-"""The visual page in a browser: with a hand of its own, and as a client of a daemon on the simulated rig."""
+"""The visual page in a browser: with its own hand, and as a client of a daemon on the simulated rig."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def complaints(browser: Any) -> list[str]:
 
 
 def colours(browser: Any) -> dict[str, float]:
-    """Which part of a picture just drawn, in 1/1000, is of the tool, the halo and the tumour."""
+    """Parts of a picture just drawn, in 1/1000, that show the tool, the halo and the tumour."""
     script = """const done = arguments[0];
       window.hapticdVisual.onDrawn = (canvas) => {
         const copy = document.createElement('canvas');

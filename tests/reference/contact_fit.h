@@ -10,7 +10,7 @@ namespace hapticd::identification {
 
 /// Single-stage log-linear fit of (4.22) (D§4.5.1, Haddadi and Hashtrudi-Zaad): ln f = ln K + m ln x +
 /// (B/K) ẋ by least squares, weighted by f², over samples in contact with f > 0.1 N and x > a tenth of the
-/// deepest. The linearisation wants |B/K·ẋ| < 0.1: samples beyond are left out in a second pass. Fails where
+/// deepest. The linearisation wants |B/K·ẋ| < 0.1: samples beyond are left out in a second pass. Fails if
 /// fewer than 100 samples remain or they do not determine the parameters apart.
 hal::Result<rt::IdentifiedLaw<rt::HuntCrossleyParameters>> fit_hunt_crossley(
     const std::vector<PalpationSample>& palpation);

@@ -19,7 +19,7 @@ struct ApproachSample {
 /// Declared when the force is off by the threshold and by six standard deviations for three samples on end.
 class ApproachDetector {
  public:
-  /// `memory_s`: of the baseline; what drifts more slowly is no contact.
+  /// `memory_s`: of the baseline; what drifts more slowly is not a contact.
   ApproachDetector(double threshold_n, double memory_s = 2.0) noexcept
       : threshold_n_(threshold_n), memory_s_(memory_s) {}
 
@@ -46,10 +46,10 @@ class ApproachDetector {
   std::uint32_t contacts_ = 0;
 };
 
-/// Where an approach met the object.
+/// Point at which an approach met the object.
 struct ContactPoint {
   double depth_mm = 0.0;
-  /// Of its fit, and of not knowing by which power the force rises: half of what powers 1 and 2 differ.
+  /// Error of its fit, and of not knowing by which power the force rises: half of what powers 1 and 2 differ.
   double standard_error_mm = 0.0;
   double model_error_mm = 0.0;
   std::size_t sample = 0;  ///< the first one beyond it
@@ -57,7 +57,7 @@ struct ContactPoint {
 
 /// Contact point of the samples around a declared contact: f = f_0 + K max(0, x - x_c)^1.5, by least squares
 /// (a sphere on a half-space, Hertz). `declared`: index of the declaration in `approach`; the samples after
-/// it count until the force has grown to eight times what it was there. None where the force does not rise.
+/// it count until the force has grown to eight times what it was there. None if the force does not rise.
 std::optional<ContactPoint> find_contact_point(std::span<const ApproachSample> approach,
                                                std::size_t declared);
 

@@ -13,9 +13,9 @@ namespace hapticd::identification {
 /// undone, the present force is what of e the past does not account for, divided by how much of a newton
 /// counts in the step it comes. (All zeros of the lags are negative, so the inverse is as stable as the law.)
 ///
-/// Never negative; rises with the displacement; no displacement, or one that is no number, has no effective
-/// force. Beyond the last knot Ψ is a straight line and its inverse exact, within the knots it is right to a
-/// 10⁻¹⁴ of max_force_n, in bounded time.
+/// Never negative; rises with the displacement; no displacement, or one that is not a number, has no
+/// effective force. Beyond the last knot Ψ is a straight line and its inverse exact, within the knots it is
+/// right to a 10⁻¹⁴ of max_force_n, in bounded time.
 class CreepForce {
  public:
   explicit CreepForce(const rt::CreepParameters& parameters) noexcept
@@ -25,7 +25,7 @@ class CreepForce {
     for (double& w : parameters_.weight) w /= sum;
   }
 
-  /// `step_s`: since the sample before; one that is no positive number counts as none.
+  /// `step_s`: since the sample before; one that is not a positive number counts as none.
   double update(double displacement_mm, double step_s) noexcept {
     const double elapsed_s = step_s > 0.0 ? step_s : 0.0;
     double now = parameters_.weight[0];

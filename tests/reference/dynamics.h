@@ -35,7 +35,7 @@ std::array<std::array<double, 3>, 3> inertia_kg_m2(const ArmGeometry& arm, const
                                                    const JointAngles& q) noexcept;
 
 /// What the tip feels like when pushed along a direction (of any length) from a free arm, kg: 1 / (uᵀ J M⁻¹
-/// Jᵀ u). Infinite where the arm cannot give.
+/// Jᵀ u). Infinite if the arm cannot give.
 double apparent_mass_kg(const ArmGeometry& arm, const ArmInertia& inertia, const JointAngles& q,
                         const hal::Vector3& direction) noexcept;
 

@@ -20,7 +20,7 @@ struct Mean {
   bool reported = false;
 };
 
-/// Of the objects that show the parameter at all.
+/// Mean of the objects that show the parameter at all.
 Mean mean_of(const std::vector<rt::IdentifiedModel>& models, const std::string& name) {
   std::vector<double> values;
   std::vector<double> variances;

@@ -15,8 +15,8 @@ namespace hapticd::identification {
 /// listed as
 /// "<name>_spread".
 ///
-/// Fails with fewer than two models, with models of other kinds or of different tips, and where a parameter
-/// of no object was determined.
+/// Fails with fewer than two models, with models of other kinds or of different tips, and if a parameter of
+/// no object was determined.
 hal::Result<rt::IdentifiedModel> combine_friction(const std::vector<rt::IdentifiedModel>& models);
 
 }  // namespace hapticd::identification

@@ -23,8 +23,8 @@ struct FrictionFit {
 /// Friction of a solid tip from strokes back and forth, without knowing the surface: where the tip passes a
 /// place both ways, friction turns its sign and the normal does not, so the mean direction of the reaction is
 /// the normal. Then divide and conquer (D§4.4.1): μ_k and μ_b by linear least squares where more than 3 mm
-/// were slid, the presliding way by a search over what the first millimetre after a turn shows. Fails where
-/// no place was passed both ways.
+/// were slid, the presliding way by a search over what the first millimetre after a turn shows. Fails if no
+/// place was passed both ways.
 hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, const hal::Vector3& along);
 
 }  // namespace hapticd::identification

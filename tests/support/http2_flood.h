@@ -10,7 +10,7 @@ namespace hapticd::test {
 class Http2Flood {
  public:
   /// `address`: "127.0.0.1:PORT", "unix:/path", or "tls:127.0.0.1:PORT" with a folder of client.crt,
-  /// client.key and authority.crt. Throws where no one listens.
+  /// client.key and authority.crt. Throws if nothing listens.
   explicit Http2Flood(const std::string& address, const std::string& certificates = {});
   ~Http2Flood();
   Http2Flood(const Http2Flood&) = delete;

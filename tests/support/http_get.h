@@ -5,7 +5,7 @@
 
 namespace hapticd::test {
 
-/// The whole answer, head and body, of this machine's server on `port`; empty where none listens.
+/// Whole answer, head and body, of this machine's server on `port`; empty if none listens.
 std::string http_get(std::uint16_t port, const std::string& path);
 
 }  // namespace hapticd::test

@@ -9,7 +9,7 @@
 
 namespace hapticd::test {
 
-/// The certificates of a lab in a folder of their own.
+/// Certificates of a lab in a separate folder.
 class Lab {
  public:
   explicit Lab(const std::string& arguments = {}) { make(arguments); }

@@ -16,7 +16,7 @@ inline std::optional<double> find_figure(const hal::PartReport& report, const st
   }
   return std::nullopt;
 }
-/// The same of one that must be there.
+/// Figure that must be there.
 inline double figure_of(const hal::PartReport& report, const std::string& name) {
   const std::optional<double> figure = find_figure(report, name);
   EXPECT_TRUE(figure) << "no figure " << name;

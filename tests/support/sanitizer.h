@@ -2,7 +2,7 @@
 
 namespace hapticd::test {
 
-/// AddressSanitizer takes memory and address space of its own: limits of the process mean nothing then.
+/// AddressSanitizer takes much memory and address space: limits of the process mean nothing then.
 #if defined(__SANITIZE_ADDRESS__)
 inline constexpr bool kUnderAddressSanitizer = true;
 #else

@@ -5,7 +5,7 @@
 
 namespace hapticd::test {
 
-/// As an exchange of stamps gives them, in ns.
+/// Stamps as an exchange gives them, in ns.
 struct SimulatedStamps {
   std::int64_t client_sent_ns = 0;
   std::int64_t daemon_received_ns = 0;
@@ -29,7 +29,7 @@ class SimulatedClocks {
  public:
   SimulatedClocks(std::int64_t offset_ns, double max_drift_ppm, std::uint64_t seed);
 
-  /// Of the way there and the way back, from now on.
+  /// Sets the delays of the way there and the way back, from now on.
   void set_delays(SimulatedDelay there, SimulatedDelay back);
   /// Keeps to one drift from now on.
   void fix_drift(double ppm);

@@ -4,12 +4,12 @@
 
 namespace hapticd::test {
 
-/// Where files live in memory, for what several processes map and write every millisecond: a page of a file
-/// on a disk is held for seconds while a busy disk writes it back. The folder for temporary files where there
-/// is none.
+/// Folder of files in memory, for what several processes map and write every millisecond: a page of a file on
+/// a disk is held for seconds while a busy disk writes it back. The folder for temporary files if there is
+/// none.
 std::string memory_folder();
 
-/// A folder of its own for a test, removed with all in it.
+/// Separate folder for a test, removed with all in it.
 class TemporaryFolder {
  public:
   TemporaryFolder();

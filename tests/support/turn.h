@@ -21,7 +21,7 @@ inline hal::Vector3 turned(const hal::Quaternion& q, const hal::Vector3& v) noex
   return {r.x, r.y, r.z};
 }
 
-/// By so many degrees about an axis of any length.
+/// Turn by so many degrees about an axis of any length.
 inline hal::Quaternion turn_about(const hal::Vector3& axis, double angle_deg) noexcept {
   const double half_rad = 0.5 * angle_deg * 3.14159265358979323846 / 180.0;
   const double scale = std::sin(half_rad) / std::sqrt(dot(axis, axis));

@@ -8,13 +8,13 @@
 
 namespace hapticd::test {
 
-/// What was asked for. Where it was refused, throws std::runtime_error with the full complaint.
+/// Value that was asked for. If it was refused, throws std::runtime_error with the full complaint.
 template <class T>
 T value_of(hal::Result<T> result) {
   if (!result) throw std::runtime_error(result.error().text());
   return std::move(*result);
 }
-/// The same of what gives nothing back.
+/// Demands success of a call that gives nothing back.
 inline void demand(const std::optional<hal::Error>& error) {
   if (error) throw std::runtime_error(error->text());
 }

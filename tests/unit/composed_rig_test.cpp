@@ -82,7 +82,7 @@ class FakeDevice : public HapticDevice {
   DeviceInfo info_;
 };
 
-/// A device whose scheduler calls every millisecond, on a thread of its own.
+/// A device whose scheduler calls every millisecond, on its own thread.
 class ScheduledDevice final : public FakeDevice, public ServoClock {
  public:
   ServoClock* clock() noexcept override { return this; }
@@ -373,7 +373,7 @@ TEST(ComposedRig, ReadsAndWritesWithoutAllocating) {
   EXPECT_EQ(test::allocations(), before);
 }
 
-/// A loop on nothing but a device with a scheduler of its own.
+/// A loop on nothing but a device with its own scheduler.
 struct ScheduledLoop {
   explicit ScheduledLoop(int calls_of_first_run) {
     device->calls_of_first_run = calls_of_first_run;

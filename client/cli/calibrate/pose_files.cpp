@@ -40,7 +40,7 @@ void set(v1::Quaternion& quaternion, double w, double x, double y, double z) {
   quaternion.set_z(z);
 }
 
-/// In ns, of a column in ns or in s.
+/// Times in ns, of a column in ns or in s.
 std::vector<std::int64_t> times_ns(const CsvTable& table, const std::string& name) {
   const bool in_ns = table.has(name + "_ns");
   const double scale = in_ns ? 1.0 : 1e9;

@@ -5,8 +5,7 @@
 namespace hapticd::cli {
 namespace {
 
-/// All words that may follow at one command: its own commands and options, and the options inherited from
-/// above.
+/// Words that may follow at one command: its own commands and options, and the options inherited from above.
 std::string words_at(const CLI::App& command, const std::vector<const CLI::App*>& above) {
   std::string words;
   const auto add_options = [&words](const CLI::App& app) {

@@ -28,12 +28,12 @@ struct ClockFindings {
   client::ClockBounds bounds;
   client::ClockDrift drift;
   std::uint64_t exchanges = 0;
-  std::optional<client::RigTime> rig;  ///< now; nothing where it is not known
+  std::optional<client::RigTime> rig;  ///< now; nothing if it is not known
   std::int64_t now_ns = 0;
   v1::ClockState daemon;
 };
 
-/// Nothing on a rig that has a time of its own.
+/// Time of the rig now; nothing on a rig that has its own time.
 std::optional<client::RigTime> rig_time(const client::ClockSync& clock, std::int64_t now_ns) {
   try {
     return clock.to_rig(now_ns);

@@ -40,7 +40,7 @@ void add_record_commands(CLI::App& app, Session& session);
 void add_incident_commands(CLI::App& app, Session& session);
 void add_log_command(CLI::App& app, Session& session);
 
-/// Global options and all commands.
+/// Builds the global options and all commands.
 void build_app(CLI::App& app, Session& session);
 
 /// The options that come with every command that subscribes to telemetry.

@@ -29,8 +29,9 @@ bool has_screen() {
   return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
 }
 
-/// The address comes from the daemon. A browser opens it, so it must be a page of the web, in the letters of
-/// an address only: any other scheme could start another program, any other letter end the tag of page_to().
+/// Checks the address, which comes from the daemon. A browser opens it, so it must be a page of the web, in
+/// the letters of an address only: any other scheme could start another program, any other letter end the tag
+/// of page_to().
 void check_address(const std::string& url) {
   constexpr std::string_view kLetters =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~:/?#[]@!$*+,;=%&";
@@ -40,7 +41,8 @@ void check_address(const std::string& url) {
                    "see whether the daemon is the one that you mean: hapticctl status");
 }
 
-/// A page, readable by its owner alone, that leads to the address: as an argument other users could read it.
+/// Makes a page, readable by its owner alone, that leads to the address: as an argument other users could
+/// read it.
 std::string page_to(const std::string& url) {
   const char* folder = std::getenv("XDG_RUNTIME_DIR");
   std::string path = std::string(folder == nullptr ? "/tmp" : folder) + "/hapticd_console_XXXXXX.html";
@@ -67,7 +69,7 @@ std::string console_url(const Session& session) {
 }
 
 bool open_browser(const std::string& url) {
-  // An address without a key is no secret.
+  // An address without a key is not secret.
   std::string target = url.find("key=") == std::string::npos ? url : page_to(url);
   if (target.empty()) return false;
   std::string program = "xdg-open";

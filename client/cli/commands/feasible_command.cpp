@@ -20,7 +20,7 @@ struct FeasibleOptions {
   double wait_s = 3.0;
 };
 
-/// The daemon's answer. Where it needs a contact and there is none, waits up to `wait_s` for the next one: a
+/// Answer of the daemon. If it needs a contact and there is none, waits up to `wait_s` for the next one: a
 /// hand that presses repeatedly is off the object for a second or two.
 v1::FeasibleRange feasible_range(client::Client& client, const v1::GetFeasibleRangeRequest& request,
                                  double wait_s) {

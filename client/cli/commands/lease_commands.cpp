@@ -71,7 +71,7 @@ v1::LeaseGrant get_lease(client::Client& client, const HoldOptions& options) {
   return client.take_lease(request);
 }
 
-/// Its words, or a shell of the user.
+/// Words of the program, or a shell of the user.
 std::vector<char*> words_of(HoldOptions& options) {
   if (options.command.empty()) {
     const char* shell = std::getenv("SHELL");
@@ -101,11 +101,11 @@ class HeldLease {
     lose(ExitCode::kUnreachable, client_.address() + " did not answer for the lease's time to live");
   }
 
-  /// Why it is over.
+  /// Exit code of a lease that is over.
   std::optional<ExitCode> lost() const { return lost_; }
 
  private:
-  /// Whether the daemon said something, or is lost.
+  /// True if the daemon said something, or is lost.
   bool heard(std::chrono::milliseconds wait) {
     v1::LeaseState state;
     try {
@@ -141,9 +141,8 @@ class HeldLease {
   std::optional<ExitCode> lost_;
 };
 
-/// Runs a program under the lease. Where the daemon is lost the program is asked to end (SIGTERM), as it
-/// could only wait for answers; a shell goes on. Where another client has the lease, the program hears it
-/// itself.
+/// Runs a program under the lease. If the daemon is lost the program is asked to end (SIGTERM), as it could
+/// only wait for answers; a shell goes on. If another client has the lease, the program hears it itself.
 int run_under(client::Client& client, std::uint64_t number, HoldOptions& options) {
   const bool is_shell = options.command.empty();
   const std::vector<char*> words = words_of(options);

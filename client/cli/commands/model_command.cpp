@@ -18,7 +18,7 @@ std::string law_text(bool there, double relative_error) {
   return there ? fmt::format("{:.2g} %", 100.0 * relative_error) : "-";
 }
 
-/// Where its parts come from.
+/// Text about the sources of a model's parts.
 std::string stored_text(const v1::ModelSummary& model) {
   std::string text;
   for (const std::string& hash : model.stored()) text += (text.empty() ? "" : ", ") + short_hash(hash);

@@ -12,7 +12,7 @@
 namespace hapticd::cli {
 namespace {
 
-/// A name goes to the daemon as it is; what looks like a file is read here.
+/// Source of a scene: a name goes to the daemon as it is; what looks like a file is read here.
 client::SceneSource source_of(const std::string& name_or_file, const std::string& object_model) {
   const bool is_file = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml") ||
                        std::filesystem::is_regular_file(name_or_file);

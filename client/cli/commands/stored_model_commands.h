@@ -15,7 +15,7 @@ struct StoredModelFilter {
 };
 
 void list_stored_models(Session& session, const StoredModelFilter& filter);
-/// Shows a stored model by its hash; false, with nothing printed, where no hash begins so.
+/// Shows a stored model by its hash; false, with nothing printed, if no hash begins so.
 bool show_stored_model(Session& session, const std::string& hash);
 
 /// `model` diff, tag, untag, delete, export, import.

@@ -26,7 +26,7 @@ struct TargetOptions {
   bool has_in = false;
 };
 
-/// What was asked for, linear or not.
+/// Fills in what was asked for, linear or not.
 void fill(const TargetOptions& options, v1::SetTargetRequest& request) {
   if (!options.hunt_crossley.empty()) {
     *request.mutable_law()->mutable_hunt_crossley() = parse_hunt_crossley(options.hunt_crossley);

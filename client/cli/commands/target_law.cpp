@@ -21,7 +21,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-/// Exactly `count` numbers; nothing where there are more or fewer, or a part is not a number.
+/// Reads exactly `count` numbers; nothing if there are more or fewer, or a part is not a number.
 std::optional<std::vector<double>> numbers(const std::string& text, char separator, std::size_t count) {
   std::vector<double> values;
   for (const std::string& part : split(text, separator)) {

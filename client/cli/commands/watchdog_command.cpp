@@ -44,13 +44,13 @@ void show_watchdog(Session& session) {
   for (const std::string& line : table.lines(Terminal::detect())) print_line(line);
 }
 
-/// The daemon is away for a moment, or has too much to do.
+/// True if the error may pass: the daemon is away for a moment, or has too much to do.
 bool may_pass(const client::Error& error) {
   return error.kind() != client::ErrorKind::kRefused || error.code() == "RESOURCE_EXHAUSTED" ||
          error.code() == "UNAVAILABLE" || error.code() == "ABORTED";
 }
 
-/// Until the time is over, or it is interrupted.
+/// Rests until the time is over, or it is interrupted.
 void rest(std::chrono::nanoseconds time) {
   const auto until = std::chrono::steady_clock::now() + time;
   while (!interrupted() && std::chrono::steady_clock::now() < until) {
@@ -59,7 +59,7 @@ void rest(std::chrono::nanoseconds time) {
   }
 }
 
-/// Until when a sender that has just ended may still be taken for alive. Now, where the endpoint is not
+/// Time until which a sender that has just ended may still be taken for alive. Now, if the endpoint is not
 /// known.
 std::chrono::steady_clock::time_point others_lapse_by(client::Client& client, const std::string& name) {
   constexpr std::chrono::milliseconds kMargin{200};

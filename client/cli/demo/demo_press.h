@@ -17,13 +17,13 @@ struct DemoPress {
   PressTrace trace{};
   std::optional<SettledHold> hold{};  ///< once the press is over
 
-  /// (rendered - target) / target.
+  /// Error of the rendered stiffness: (rendered - target) / target.
   std::optional<double> error() const;
   /// "target 0.3 N/mm", "object as it is".
   std::string name() const;
 };
 
-/// Target, rendered at the hand, error, for all presses that are over.
+/// Table of target, rendered at the hand, and error, for all presses that are over.
 TextTable result_table(const std::vector<DemoPress>& presses);
 Json result_json(const std::vector<DemoPress>& presses);
 

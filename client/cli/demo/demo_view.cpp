@@ -18,7 +18,7 @@ constexpr std::array<Color, 5> kColors{Color::kCyan, Color::kYellow, Color::kGre
 constexpr double kErrorBand = 0.05;
 
 /// Force over displacement while the tip touches, up to where it first comes free of the object on the way
-/// up, or from there on: what follows is no rendering of a stiffness but the end of one.
+/// up, or from there on: what follows is not the rendering of a stiffness but its end.
 enum class Part { kPress, kAfterRelease };
 std::vector<Point> curve(const PressTrace& trace, Part part, std::size_t max_points) {
   const auto release = release_point(trace.points());
@@ -35,7 +35,7 @@ std::vector<Point> curve(const PressTrace& trace, Part part, std::size_t max_poi
   return thinned(points, max_points);
 }
 
-/// End of the line a target asks for, within the forces and displacements of the press.
+/// End of the line that a target asks for, within the forces and displacements of the press.
 Point target_end(double target_n_per_mm, double largest_force_n, double largest_displacement_mm) {
   const double x = std::min(largest_displacement_mm, largest_force_n / std::max(target_n_per_mm, 1e-6));
   return {x, x * target_n_per_mm};

@@ -9,12 +9,12 @@
 
 namespace hapticd::cli {
 
-/// The demonstration on the terminal while it runs: force over displacement of all presses so far, the
-/// present target as a dashed line, and the results below. `state` is one line about now.
+/// Frame of the demonstration on the terminal while it runs: force over displacement of all presses so far,
+/// the present target as a dashed line, and the results below. `state` is one line about now.
 std::vector<std::string> demo_frame(const std::vector<DemoPress>& presses, const std::string& state,
                                     const Terminal& terminal);
 
-/// The same as a figure for a report, with rendered over target next to it.
+/// Figure of the demo for a report, with rendered over target next to it.
 Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& title);
 
 }  // namespace hapticd::cli

@@ -8,7 +8,7 @@
 namespace hapticd::cli {
 namespace {
 
-constexpr double kReleaseTime_s = 0.3;  // a bounce of the tip is no release
+constexpr double kReleaseTime_s = 0.3;  // a bounce of the tip does not count as a release
 constexpr double kSmoothing_s = 0.05;
 constexpr double kFullForcePart = 0.9;
 constexpr double kMinHoldS = 0.2;

@@ -42,16 +42,16 @@ struct SettledHold {
   double stiffness_n_per_mm() const { return hand_force_n / displacement_mm; }
 };
 
-/// Where a press was let go of: the last point at which the tip touched before it came free for the first
-/// time on the way up. An object that recovers more slowly than the hand lifts is left at depth, with force
-/// on the hand.
+/// Point at which a press was let go of: the last one at which the tip touched before it came free for the
+/// first time on the way up. An object that recovers more slowly than the hand lifts is left at depth, with
+/// force on the hand.
 struct ReleasePoint {
   std::size_t index = 0;  ///< among the points of the press
   double displacement_mm = 0.0;
   double hand_force_n = 0.0;
 };
 
-/// Nothing where the tip never touched, or touches to the end.
+/// Nothing if the tip never touched, or touches to the end.
 std::optional<ReleasePoint> release_point(const std::vector<PressPoint>& points);
 
 /// Means over the second half of the time at full force. Nothing when the force was not held for 0.2 s, or

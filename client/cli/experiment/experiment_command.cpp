@@ -32,7 +32,8 @@ constexpr const char* kProgram =
     "from hapticd.experiment.__main__ import main\n"
     "sys.exit(main())\n";
 
-/// Next to the programs in the folder of a build; where cmake --install puts it under a prefix.
+/// Finds the package next to the programs in the folder of a build, or where cmake --install puts it under a
+/// prefix.
 void find_own_package() {
   std::error_code failure;
   const fs::path above = fs::read_symlink("/proc/self/exe", failure).parent_path().parent_path();

@@ -59,8 +59,8 @@ ListedRig rig_of(const std::string& name, const toml::table& table, const std::s
   return rig;
 }
 
-/// The parser visits the parts of a dotted key recursively: a line of some ten thousand would use up its
-/// stack.
+/// Checks the lines: the parser visits the parts of a dotted key recursively, so a line of some ten thousand
+/// would use up its stack.
 void check_lines(const std::string& text, const std::string& source) {
   constexpr std::size_t kMaxLine = 4096;
   std::istringstream lines(text);

@@ -16,13 +16,13 @@ struct ListedRig {
 /// $HAPTICD_RIGS, else $XDG_CONFIG_HOME/hapticd/rigs.toml, else ~/.config/hapticd/rigs.toml.
 std::string rigs_file_path();
 
-/// The rigs of a file in the order of their names. Throws LocalError: no such file, unknown keys, no server.
+/// Reads the rigs of a file, in the order of their names. Throws LocalError: no such file, unknown keys, no
+/// server.
 std::vector<ListedRig> read_rigs(const std::string& path);
-/// The same from text; `source` names it in errors.
+/// Parses rigs from text; `source` names it in errors.
 std::vector<ListedRig> parse_rigs(const std::string& text, const std::string& source);
 
-/// Those that "a,b" names, in that order; "all" is all of them. Throws LocalError on a name that is not
-/// there.
+/// Rigs that "a,b" names, in that order; "all" is all of them. Throws LocalError on a name that is not there.
 std::vector<ListedRig> choose_rigs(const std::vector<ListedRig>& rigs, const std::string& names,
                                    const std::string& source);
 

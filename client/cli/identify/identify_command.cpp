@@ -39,7 +39,7 @@ void add_watch_options(CLI::App& command, Line& line) {
       ->capture_default_str();
 }
 
-/// One kind of identification: its command, with the options all of them have.
+/// Adds one kind of identification: its command, with the options all of them have.
 CLI::App& add_kind(CLI::App& identify, Session& session, const std::shared_ptr<Line>& line, IdentifyKind kind,
                    const char* name, const char* description, const std::string& footer) {
   CLI::App* command = identify.add_subcommand(name, description);
@@ -67,7 +67,7 @@ void add_object_option(CLI::App& command, Line& line) {
   command.add_option("--object", line.task.object, "What is touched: the name its model gets")->required();
 }
 
-/// Three numbers, "0,0,-1".
+/// Adds a direction: three numbers, "0,0,-1".
 CLI::Option& add_direction(CLI::App& command, const std::string& name, std::vector<double>& direction,
                            const std::string& description) {
   return *command.add_option(name, direction, description)->delimiter(',')->expected(3)->type_name("X,Y,Z");

@@ -18,7 +18,7 @@ bool fits_together(const v1::CoverageMap& map) {
          static_cast<std::uint64_t>(map.enough_size()) == bins;
 }
 
-/// How many neighbours become one, so that no more than `most` remain.
+/// Number of neighbours that become one, so that no more than `most` remain.
 std::size_t merged(std::size_t bins, std::size_t most) {
   return (bins + most - 1) / most;
 }
@@ -129,7 +129,7 @@ std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, in
   for (std::size_t i = 0; i < grid->columns * kCellColumns; ++i) axis += terminal.unicode ? "─" : "-";
   lines.push_back(axis);
 
-  // Edges of columns, the quantity at the right end, below them where there is no room for both.
+  // Edges of columns, the quantity at the right end, or below them if there is no room for both.
   const std::string name = axis_label(map.x());
   const std::size_t name_width = std::min(whole, display_width(name));
   const std::size_t last_edge = kMargin + grid->columns * kCellColumns + 4;

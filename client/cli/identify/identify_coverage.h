@@ -45,7 +45,7 @@ std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_
 std::string axis_label(const v1::CoverageMap::Axis& axis);
 
 /// Heat map with axes: shades for the number of samples, brackets around the cells asked for. At most `width`
-/// columns and `height` lines; empty where that is too small for it or the map says nothing.
+/// columns and `height` lines; empty if that is too small for it or the map says nothing.
 std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, int height,
                                        const Terminal& terminal);
 

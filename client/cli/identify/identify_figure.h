@@ -5,8 +5,8 @@
 
 namespace hapticd::cli {
 
-/// The fit (measured points and model) and the coverage of an identification, for a report. Without panels
-/// where there is neither.
+/// Figure of the fit (measured points and model) and the coverage of an identification, for a report. Without
+/// panels if there is neither.
 Figure identify_figure(const v1::IdentificationProgress& progress);
 
 }  // namespace hapticd::cli

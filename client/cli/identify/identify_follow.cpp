@@ -14,7 +14,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kIdle{50};
 
-/// The connection, not the request, is what failed. A daemon that ends says so with these codes.
+/// True if the connection failed, not the request. A daemon that ends says so with these codes.
 bool is_loss(const client::Error& error) {
   return error.kind() == client::ErrorKind::kUnreachable || error.kind() == client::ErrorKind::kTimedOut ||
          error.code() == "UNAVAILABLE" || error.code() == "CANCELLED";

@@ -10,19 +10,19 @@ namespace hapticd::cli {
 
 /// How an identification is watched.
 struct IdentifyFollow {
-  /// Makes a new connection where one was lost; throws client::Error.
+  /// Makes a new connection when one was lost; throws client::Error.
   std::function<client::Client()> connect{};
-  /// Each progress as it comes.
+  /// Called with each progress as it comes.
   std::function<void(const v1::IdentificationProgress&)> on_progress{};
-  /// At least ten times a second; the text names a lost connection, empty while all is well.
+  /// Called at least ten times a second; the text names a lost connection, empty while all is well.
   std::function<void(const std::string& notice)> on_idle{};
-  /// Asked as often: true ends the watching.
+  /// Asked equally often: true ends the watching.
   std::function<bool()> leave{};
   /// A stream without a message for so long counts as lost.
   std::chrono::milliseconds silence{5000};
   /// The watching ends after so long without a connection.
   std::chrono::milliseconds timeout{30000};
-  /// Between two attempts.
+  /// Pause between two attempts.
   std::chrono::milliseconds pause{250};
 };
 

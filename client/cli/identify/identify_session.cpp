@@ -21,7 +21,7 @@ namespace {
 constexpr std::chrono::seconds kLinePeriod{1};
 constexpr double kMegabyte = 1e6;
 
-/// A refusal counts for the whole session; an incomplete result has its own code.
+/// Exit code: a refusal counts for the whole session; an incomplete result has its own code.
 ExitCode exit_code_of(const v1::IdentificationProgress& progress) {
   switch (progress.state()) {
     case v1::IDENTIFICATION_STATE_CONVERGED:
@@ -95,7 +95,7 @@ std::string IdentifySession::upload(const std::string& path, const v1::Recording
   if (session_.json) {
     print_json_line({{"upload", to_json(answer)}});
   } else {
-    // Unknown where the columns were not understood; a remark says so.
+    // Unknown if the columns were not understood; a remark says so.
     const std::string length =
         answer.duration_s() > 0.0 ? fmt::format(", {:.1f} s", answer.duration_s()) : std::string();
     say(fmt::format("{}: {} rows{}, is {}", description.name(), answer.rows(), length, answer.recording()));

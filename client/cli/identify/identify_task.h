@@ -52,10 +52,10 @@ struct IdentifyTask {
 
 enum class IdentifyKind { kContact, kFriction, kStructuralStiffness, kTool, kThreshold, kGains, kInclusion };
 
-/// The request to start it; `recording` is filled in by the upload.
+/// Request to start it; `recording` is filled in by the upload.
 v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTask& task);
 
-/// How the recording is described to the daemon. Throws LocalError naming the --column that is none.
+/// Description of the recording for the daemon. Throws LocalError naming a --column that is not valid.
 v1::RecordingDescription recording_description(const IdentifyTask& task);
 
 }  // namespace hapticd::cli

@@ -56,7 +56,7 @@ void wait_for(Done done, std::chrono::milliseconds at_most, const UploadState& s
   }
 }
 
-/// Length of the UTF-8 character at the start, 0 where there is none.
+/// Length of the UTF-8 character at the start, 0 if there is none.
 std::size_t character_length(std::string_view text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const std::size_t length = byte(0) < 0x80    ? 1

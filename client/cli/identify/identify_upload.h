@@ -22,12 +22,12 @@ struct UploadState {
 };
 
 struct UploadOptions {
-  /// The upload ends where the daemon takes nothing for so long. Reading what was sent may take a second
+  /// The upload ends when the daemon takes nothing for so long. Reading what was sent may take a second
   /// longer for each 4 MiB.
   std::chrono::milliseconds timeout{5000};
-  /// At least ten times a second.
+  /// Called at least ten times a second.
   std::function<void(const UploadState&)> on_progress{};
-  /// Asked as often: true ends the upload.
+  /// Asked equally often: true ends the upload.
   std::function<bool()> interrupted{};
 };
 
@@ -37,8 +37,7 @@ v1::UploadRecordingResponse upload_file(client::Client& client, const std::strin
                                         const v1::RecordingDescription& description,
                                         const UploadOptions& options);
 
-/// What a recording is called after the name of its file: at most 200 characters, without bytes that are no
-/// text.
+/// Name of a recording, after the name of its file: at most 200 characters, without bytes that are not text.
 std::string recording_name(const std::string& path);
 
 }  // namespace hapticd::cli

@@ -35,7 +35,7 @@ std::string percent(double share) {
                                  : fmt::format("{:.0f} %", std::round(10.0 * share) * 10.0);
 }
 
-/// Of all maps, the worst.
+/// Coverage of the worst map.
 double covered(const v1::IdentificationProgress& progress) {
   double share = 1.0;
   for (const auto& map : progress.coverage()) share = map.share() >= 0.0 ? std::min(share, map.share()) : 0.0;
@@ -156,7 +156,7 @@ void append(std::vector<std::string>& lines, const std::vector<std::string>& mor
   lines.insert(lines.end(), more.begin(), more.end());
 }
 
-/// Coverage and fit in the room that is left.
+/// Draws coverage and fit in the room that is left.
 std::vector<std::string> plots(const v1::IdentificationProgress& progress, int width, int rows,
                                const Terminal& terminal) {
   constexpr int kSideBySideWidth = 76;
@@ -201,7 +201,7 @@ std::vector<std::string> problem_lines(const v1::ErrorDetail& problem, const Ter
   return lines;
 }
 
-/// How to go on with the model.
+/// Lines on how to go on with the model.
 std::vector<std::string> model_lines(const v1::IdentificationProgress& progress, bool adopted,
                                      const Terminal& terminal) {
   if (progress.model().empty()) return {"  " + padded("model", 9) + "none was kept"};

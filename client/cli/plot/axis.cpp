@@ -31,7 +31,7 @@ std::vector<Tick> ticks(const Range& range, int max_count) {
   const double extent = range.high - range.low;
   if (!(extent > 0.0) || !std::isfinite(extent) || max_count < 2) return {};
   double step = round_up(extent / (max_count - 1));
-  // A single tick is no scale.
+  // A single tick does not make a scale.
   const auto count = [&] {
     return std::floor(range.high / step + 1e-6) - std::ceil(range.low / step - 1e-6) + 1.0;
   };

@@ -18,9 +18,9 @@ class BrailleCanvas {
   int dot_columns() const noexcept { return 2 * columns_; }
   int dot_rows() const noexcept { return 4 * rows_; }
 
-  /// Outside the canvas nothing happens.
+  /// Draws a dot; outside the canvas nothing happens.
   void dot(int x, int y, Color color);
-  /// A straight line of dots between two dots; with `dash` > 0 it is interrupted every `dash` dots.
+  /// Draws a straight line of dots between two dots; with `dash` > 0 it is interrupted every `dash` dots.
   void line(int x0, int y0, int x1, int y1, Color color, int dash = 0);
 
   /// One row of characters, `columns` wide on the terminal.

@@ -6,8 +6,8 @@
 
 namespace hapticd::cli {
 
-/// The numbers of a CSV file with a line of column names; lines beginning with '#' are comments. A cell that
-/// is no number (empty, or a word) is NaN.
+/// Numbers of a CSV file with a line of column names; lines beginning with '#' are comments. A cell that is
+/// not a number (empty, or a word) is NaN.
 class CsvTable {
  public:
   /// Throws LocalError naming the file and the line: no columns, no rows, or a row with too few or too many

@@ -20,8 +20,8 @@
 namespace hapticd::cli {
 namespace {
 
-/// As a text of gnuplot in single quotes: in double ones gnuplot runs what stands between two backquotes as a
-/// command of the shell, and titles come from the daemon.
+/// Text of gnuplot in single quotes: in double ones gnuplot runs what is between two backquotes as a command
+/// of the shell, and titles come from the daemon.
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : printable(text)) result += c == '\'' ? "''" : std::string(1, c);
@@ -128,7 +128,7 @@ std::vector<std::string> note_lines(const Figure& figure) {
   return lines;
 }
 
-/// In the figure's lower left corner; for the panel that is plotted next.
+/// Notes lines in the figure's lower left corner; for the panel that is plotted next.
 std::string note_labels(const std::vector<std::string>& lines, int height_px) {
   std::string script;
   for (std::size_t i = 0; i < lines.size(); ++i) {

@@ -46,7 +46,7 @@ std::string gnuplot_script(const Figure& figure, const std::string& svg_path);
 /// Has gnuplot draw the figure. Throws LocalError when gnuplot is not installed or failed.
 void write_svg(const Figure& figure, const std::string& svg_path);
 
-/// At most about `max_points` of the points, evenly thinned; breaks are kept.
+/// Thins points evenly, to at most about `max_points`; breaks are kept.
 std::vector<Point> thinned(const std::vector<Point>& points, std::size_t max_points);
 
 /// Colours that are distinguished also by the colour-blind (Okabe and Ito), for the n-th series.

@@ -43,7 +43,7 @@ std::vector<std::string> origin_lines(const v1::RigInfo& rig, const v1::RigState
       "z up; one-dimensional quantities along the press axis or the deformation direction, into the "
       "object",
       std::max(decimation, 1U)));
-  // Texts come from the daemon; none of them may begin a line of its own.
+  // Texts come from the daemon; none of them may begin a new line.
   for (auto& line : lines) line = printable(line);
   return lines;
 }

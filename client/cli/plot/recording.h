@@ -12,7 +12,7 @@
 
 namespace hapticd::cli {
 
-/// What a recording says of its origin, as lines of its head (without the comment sign).
+/// Lines of a recording's head that say where it is from (without the comment sign).
 std::vector<std::string> origin_lines(const v1::RigInfo& rig, const v1::RigState& state,
                                       std::uint32_t decimation);
 
@@ -40,7 +40,7 @@ class Recording {
 /// "12000 samples, complete", or what is missing.
 std::string account_text(const client::StreamAccount& account);
 
-/// The groups to write when none were chosen: all that the rig has.
+/// Groups to write when none were chosen: all that the rig has.
 std::vector<v1::FieldGroup> groups_of(const v1::RigInfo& rig);
 
 }  // namespace hapticd::cli

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMaxPoints = 8000;
 constexpr double kNoticedShiftMm = 0.2;
 constexpr double kTouchedAgainS = 0.3;
-constexpr double kBounceS = 0.1;  // a contact that is shorter was no press
+constexpr double kBounceS = 0.1;  // a contact that is shorter does not count as a press
 constexpr double kAbsurd = 1e30;  // no force, length or time; axes over such would overflow
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -42,7 +42,7 @@ bool is_truth(const Trace& trace) {
   return std::string_view(trace.column).starts_with("truth_");
 }
 
-/// Where a column says no (0), the values are none; where there is no such column, all are.
+/// If a column says no (0), the values are NaN; without such a column, all are kept.
 std::vector<double> where(const CsvTable& table, const char* condition, std::vector<double> values) {
   if (!table.has(condition)) return values;
   const std::vector<double>& holds = table.column(condition);
@@ -124,7 +124,7 @@ std::vector<std::string> notes_on(const Contacts& seen) {
 
 FigurePanel curve_panel(const CsvTable& table) {
   const bool estimated = table.has("deformation_displacement_mm");
-  // Where one of the two displacements is missing, all over the other.
+  // If one of the two displacements is missing, all is plotted over the other.
   const char* over = estimated ? "deformation_displacement_mm" : "truth_displacement_mm";
   const std::vector<double> displacement = where(
       table, table.has("contact_in_contact") ? "contact_in_contact" : "truth_in_contact", table.column(over));

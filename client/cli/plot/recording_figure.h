@@ -5,10 +5,10 @@
 
 namespace hapticd::cli {
 
-/// A recording of telemetry as a figure: force over displacement while something is touched, and forces,
+/// Figure of a recording of telemetry: force over displacement while something is touched, and forces,
 /// displacements and the target over time. Estimates are drawn over the estimated displacement, the truth of
-/// a simulated rig over the true one; where the two differ a note says by how much and why. Throws
-/// LocalError when the recording has nothing to draw.
+/// a simulated rig over the true one; if the two differ a note says by how much and why. Throws LocalError
+/// when the recording has nothing to draw.
 Figure recording_figure(const CsvTable& table);
 
 }  // namespace hapticd::cli

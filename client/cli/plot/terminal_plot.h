@@ -14,7 +14,7 @@ struct Point {
   double y = 0.0;
 };
 
-/// Not a point: interrupts a series.
+/// Break between points: interrupts a series.
 inline constexpr Point kBreak{std::numeric_limits<double>::quiet_NaN(),
                               std::numeric_limits<double>::quiet_NaN()};
 

@@ -29,7 +29,7 @@ constexpr IncidentTrace kDeviceForces[] = {
     {"guard_device_command_x_n", "x"}, {"guard_device_command_y_n", "y"}, {"guard_device_command_z_n", "z"}};
 constexpr IncidentTrace kTip[] = {
     {"sample_tip_position_x_mm", "x"}, {"sample_tip_position_y_mm", "y"}, {"sample_tip_position_z_mm", "z"}};
-/// Where no sensor is listened to its sample is older than any time.
+/// The sample of a sensor that is not in use is older than any time.
 constexpr IncidentTrace kTimes[] = {{"sample_force_age_ms", "age of the sensor's sample", 1.0, kMsPerS},
                                     {"timing_wakeup_ns", "tick late by", 1e-6},
                                     {"timing_compute_ns", "computation", 1e-6},

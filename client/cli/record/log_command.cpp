@@ -23,7 +23,7 @@ struct LogOptions {
   std::vector<std::string> kinds;
 };
 
-/// All words that --kind takes.
+/// Words that --kind takes.
 std::vector<std::string> kind_words() {
   std::vector<std::string> words;
   for (int value = v1::RecordingEventKind_MIN + 1; value <= v1::RecordingEventKind_MAX; ++value) {
@@ -48,7 +48,7 @@ void show(const v1::RigEvent& one, const Session& session) {
              event.by().empty() ? std::string() : "  (" + event.by() + ")");
 }
 
-/// Ends by itself only where the daemon ends.
+/// Ends by itself only when the daemon ends.
 void follow(client::Client& client, const LogOptions& options, std::uint64_t after, const Session& session) {
   catch_interrupts();
   v1::WatchEventsRequest request;

@@ -29,7 +29,7 @@ v1::ExportFormat format_of(const std::string& path) {
                    "an .mcap file is what `get` fetches");
 }
 
-/// The daemon may have given the id: it must not lead to another folder.
+/// Name of a file; the daemon may have given the id, so it must not lead to another folder.
 std::string file_name(const std::string& id) {
   if (id.empty() || id.starts_with('.') || id.find('/') != std::string::npos || printable(id) != id) {
     throw LocalError("the id cannot be the name of a file", "ID", id, "an id without '/'",

@@ -8,7 +8,7 @@
 
 namespace hapticd::cli {
 
-/// Where and how a recording or an incident is exported.
+/// Options of an export of a recording or an incident.
 struct ExportOptions {
   std::string id;
   std::string out;
@@ -18,10 +18,10 @@ struct ExportOptions {
   std::uint32_t decimation = 1;
 };
 
-/// The id of a file: as it was given, or the newest for "last". Throws LocalError where there is none.
+/// Id of a file: as it was given, or the newest for "last". Throws LocalError if there is none.
 std::string file_id(client::Client& client, const std::string& id, v1::RecordingKind kind);
 
-/// The commands that recordings and incidents have in common, below `parent`; `name` for their help.
+/// Adds the commands that recordings and incidents have in common, below `parent`; `name` for their help.
 void add_list_command(CLI::App& parent, Session& session, v1::RecordingKind kind, const std::string& name);
 void add_get_command(CLI::App& parent, Session& session, v1::RecordingKind kind, const std::string& name);
 void add_export_command(CLI::App& parent, Session& session, v1::RecordingKind kind, const std::string& name);

@@ -16,7 +16,7 @@ std::string loss_words(const v1::RecordingFile& file) {
   return file.lost_ticks() == 0 ? "none lost" : fmt::format("{} ticks LOST", file.lost_ticks());
 }
 
-/// Its rows are there, but no one has counted them.
+/// True if its rows are there, but were not counted.
 bool is_uncounted(const v1::RecordingFile& file) {
   return file.state() == v1::RECORDING_STATE_UNFINISHED;
 }

@@ -24,7 +24,7 @@ LocalError cannot_start(const std::string& why) {
                     "hapticd-console");
 }
 
-/// Next to this program, else where the system looks.
+/// Path of the program: next to this one, else where the system looks.
 std::string program_path() {
   std::error_code unknown;
   const auto own = std::filesystem::read_symlink("/proc/self/exe", unknown);

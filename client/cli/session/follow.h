@@ -8,7 +8,7 @@
 
 namespace hapticd::cli {
 
-/// When a followed stream ends by itself. 0 = not for that reason.
+/// Limits at which a followed stream ends by itself. 0 = no limit.
 struct FollowLimits {
   double seconds = 0.0;  ///< of the rig's clock, from the first sample
   std::uint64_t samples = 0;
@@ -22,7 +22,7 @@ enum class StreamEnd { kLimitReached, kInterrupted, kClosedByDaemon, kSilent };
 
 struct FollowResult {
   StreamEnd end = StreamEnd::kLimitReached;
-  /// Of the samples that were passed on.
+  /// Account of the samples that were passed on.
   client::StreamAccount account;
 };
 

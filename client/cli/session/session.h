@@ -23,7 +23,7 @@ struct Session {
   std::string rigs{};          ///< --rigs: names of several rigs, for the commands that take them
   std::string command_line{};  ///< shown to others as the purpose of a lease
 
-  /// Where the daemon is. Throws LocalError where several rigs are named.
+  /// Options with the daemon's address. Throws LocalError if several rigs are named.
   client::ClientOptions options() const;
   /// Throws client::Error.
   client::Client connect() const;
@@ -43,9 +43,9 @@ class LocalError : public std::runtime_error {
 /// --rigs was given to a command that works on one rig.
 LocalError no_command_for_rigs();
 
-/// One JSON document on standard output, indented.
+/// Prints one JSON document on standard output, indented.
 void print_json(const Json& document);
-/// One JSON document on one line, for streams.
+/// Prints one JSON document on one line, for streams.
 void print_json_line(const Json& document);
 
 /// Whole text of a file, up to 1 GB; throws LocalError naming it.

@@ -18,8 +18,8 @@ std::string environment(const char* name) {
   return value == nullptr ? std::string() : std::string(value);
 }
 
-/// An unset locale says nothing about the terminal, and nearly all of them show UTF-8; one that is set
-/// is respected.
+/// True if the locale shows UTF-8. An unset one says nothing about the terminal, and nearly all of them show
+/// UTF-8; one that is set is respected.
 bool locale_shows_unicode() {
   for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
     std::string value = environment(name);
@@ -39,7 +39,7 @@ std::string marked(char style) {
   return {kStyleMark, style};
 }
 
-/// Length in bytes of the style mark at the start of `text`, 0 where there is none.
+/// Length in bytes of the style mark at the start of `text`, 0 if there is none.
 std::size_t mark_length(std::string_view text) {
   return text[0] == kStyleMark ? std::min<std::size_t>(text.size(), 2) : 0;
 }

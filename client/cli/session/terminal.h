@@ -20,12 +20,12 @@ struct Terminal {
   /// Asks the terminal and the environment, afresh at each call (windows change size).
   static Terminal detect();
 
-  /// `text` in `color` where colours are shown: with style marks, not yet with escape sequences.
+  /// `text` in `color` if colours are shown: with style marks, not yet with escape sequences.
   std::string paint(Color color, std::string_view text) const;
   std::string bold(std::string_view text) const;
 };
 
-/// Stands before the letter of a style in a text that for_terminal() prints (session/print.h). No UTF-8 has
+/// Mark before the letter of a style in a text that for_terminal() prints (session/print.h). No UTF-8 has
 /// this byte, so no text of a message does: what a daemon sends cannot be taken for a style.
 inline constexpr char kStyleMark = '\xff';
 /// The escape sequence of the style with this letter; empty for an unknown letter.
@@ -38,8 +38,8 @@ std::string printable(std::string_view text);
 std::size_t display_width(std::string_view text);
 /// Padded with blanks on the right to `width` columns; a longer text is cut.
 std::string padded(std::string_view text, std::size_t width);
-/// In lines of at most `width` columns, broken between words; a longer word has a line of its own, whole. One
-/// line at least.
+/// Breaks a text into lines of at most `width` columns, between words; a longer word gets a separate line,
+/// whole. One line at least.
 std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 /// Padded on the left.
 std::string padded_left(std::string_view text, std::size_t width);

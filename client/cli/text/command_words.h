@@ -7,8 +7,8 @@
 
 namespace hapticd::cli {
 
-/// An error as a user of hapticctl meets it: calls and values of the contract, which programs branch on,
-/// become commands and words: "SceneService.LoadScene" "hapticctl scene load NAME", "POSE_FRAME_RIG" "rig",
+/// Error as a user of hapticctl meets it: calls and values of the contract, which programs branch on, become
+/// commands and words: "SceneService.LoadScene" "hapticctl scene load NAME", "POSE_FRAME_RIG" "rig",
 /// "SetTargetRequest.stiffness_n_per_mm" "stiffness_n_per_mm". What has no command stays as it is.
 v1::ErrorDetail in_command_words(v1::ErrorDetail detail);
 

@@ -9,7 +9,7 @@
 namespace hapticd::cli {
 namespace {
 
-/// "no_scene" for ERROR_REASON_NO_SCENE; empty where the error has no reason.
+/// "no_scene" for ERROR_REASON_NO_SCENE; empty if the error has no reason.
 std::string reason_word(const v1::ErrorDetail& detail) {
   constexpr std::string_view kPrefix = "ERROR_REASON_";
   if (detail.reason() == v1::ERROR_REASON_UNSPECIFIED) return {};

@@ -7,7 +7,7 @@ namespace hapticd::cli {
 /// Reports an error (on standard error, or as JSON on standard output) and returns its exit code.
 ExitCode report(const client::Error& error, const Session& session);
 ExitCode report(const LocalError& error, const Session& session);
-/// The same of a command line that cannot be carried out as it was typed.
+/// Reports an error of a command line that cannot be carried out as it was typed.
 ExitCode report_usage(const LocalError& error, const Session& session);
 
 }  // namespace hapticd::cli

@@ -15,12 +15,12 @@ class TextTable {
   /// `headings` may be empty: a table without a heading line. Columns beyond `alignment` are left-aligned.
   explicit TextTable(std::vector<std::string> headings = {}, std::vector<Align> alignment = {});
 
-  /// Control characters in the cells are escaped.
+  /// Adds a row. Control characters in the cells are escaped.
   void add(std::vector<std::string> row);
   /// Lines without trailing blanks, indented by `indent` columns. On a terminal that is too narrow the last
   /// column is broken between words.
   std::vector<std::string> lines(const Terminal& terminal, std::size_t indent = 0) const;
-  /// To standard output.
+  /// Prints to standard output.
   void print(const Terminal& terminal, std::size_t indent = 0) const;
 
  private:

@@ -8,7 +8,7 @@ namespace hapticd::cli {
 /// with as many decimals.
 struct UncertainText {
   std::string value;
-  std::string error;  ///< empty where the number is exact or not there
+  std::string error;  ///< empty if the number is exact or not there
 };
 
 /// 0.07912, 0.00118 → {"0.0791", "0.0012"}. Very large and very small ones share a power of ten: {"7.91e-07",

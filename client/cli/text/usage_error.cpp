@@ -31,7 +31,7 @@ std::vector<std::string> commands_below(const CLI::App& command) {
   return names;
 }
 
-/// Its own options, and those that every command takes.
+/// Options of a command, and those that every command takes.
 std::vector<std::string> options_of(const CLI::App& command) {
   std::vector<std::string> names;
   for (const CLI::App* one = &command; one != nullptr; one = one->get_parent()) {

@@ -6,7 +6,7 @@
 
 namespace hapticd::cli {
 
-/// What is wrong with a command line that `app` has refused with `error`: the word that is no command or
+/// What is wrong with a command line that `app` has refused with `error`: the word that is not a command or
 /// option, what is accepted in its place, and what was probably meant.
 LocalError usage_error(const CLI::App& app, const CLI::ParseError& error);
 

@@ -6,7 +6,7 @@
 
 namespace hapticd::cli {
 
-/// Who controls the rig, and who is about to take it: a line each.
+/// Words on who controls the rig, and who is about to take it: a line each.
 std::string lease_words(const v1::LeaseState& state);
 
 }  // namespace hapticd::cli

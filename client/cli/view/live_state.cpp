@@ -20,7 +20,7 @@ constexpr double kNeverMs = 1e9;
 /// A smaller force is what a sensor reads of nothing.
 constexpr double kNothingN = 0.02;
 
-/// As in GuardGroup.faults_present_bits.
+/// True if the bits have a fault, as in GuardGroup.faults_present_bits.
 bool has_fault(std::uint32_t bits, v1::GuardFault fault) {
   return (bits >> static_cast<unsigned>(fault - v1::GUARD_FAULT_NONE) & 1U) != 0;
 }

@@ -31,7 +31,7 @@ LiveState live_state(const v1::TelemetrySample& sample);
 
 /// The most important fact, as text: first what keeps the force away, then what is touched, e.g. "no
 /// fresh force: the newest is 35 ms old (sensor stale)", "waiting until nothing touches the tool: 0.12 N
-/// remain; move it in free air", "in contact". Empty where the message has none of it.
+/// remain; move it in free air", "in contact". Empty if the message has none of it.
 std::string words(const LiveState& state);
 
 /// How far the sensor's zero was followed since its bias, the limit, and what to do.

@@ -70,7 +70,7 @@ std::string now_text(const v1::RigState& state) {
 
 using Lines = std::vector<std::string>;
 
-/// Broken between words where a terminal shows it; further lines are indented by two columns.
+/// Appends a text, broken between words where a terminal shows it; further lines are indented by two columns.
 void append(Lines& lines, const std::string& text, const Terminal& terminal) {
   constexpr std::size_t kIndent = 2;
   if (!terminal.live) return lines.push_back(text);

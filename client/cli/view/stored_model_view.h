@@ -11,10 +11,10 @@ namespace hapticd::cli {
 
 /// The first 12 digits: the short name of a stored model.
 std::string short_hash(const std::string& hash);
-/// Whether a word can be the beginning of a hash: 6 to 64 hexadecimal digits.
+/// True if a word can be the beginning of a hash: 6 to 64 hexadecimal digits.
 bool looks_like_hash(std::string_view word);
 
-/// Stored models, one a line; one with all its data; two side by side.
+/// Lists stored models, one a line; one with all its data; two side by side.
 std::vector<std::string> stored_model_list(const v1::ListStoredModelsResponse& models,
                                            const Terminal& terminal);
 std::vector<std::string> stored_model_text(const v1::StoredModel& model, const Terminal& terminal);

@@ -95,8 +95,8 @@ std::vector<TerminalSeries> curves(const std::deque<v1::TelemetrySample>& sample
   return all;
 }
 
-/// A linear target as its line. Of any other, force over displacement changes with the depth: what was asked
-/// for at the depths that were passed.
+/// A linear target as its line. Any other has a force over displacement that changes with the depth: what was
+/// asked for at the depths that were passed.
 TerminalSeries target_curve(const std::deque<v1::TelemetrySample>& samples, double now_n_per_mm,
                             double max_displacement_mm) {
   constexpr double kNoticedChange = 0.01;

@@ -6,11 +6,11 @@
 
 namespace hapticd::cli {
 
-/// "alive", "not heard of for 1.2 s: no force" …: how the daemon stands with one endpoint.
+/// Words on the state of one endpoint: "alive", "not heard of for 1.2 s: no force" …
 std::string endpoint_words(const v1::WatchdogEndpoint& endpoint);
 
 using WatchdogEndpoints = google::protobuf::RepeatedPtrField<v1::WatchdogEndpoint>;
-/// One line: whether there may be force, and who is missing. For at least one endpoint.
+/// Line on whether there may be force, and who is missing. For at least one endpoint.
 std::string watchdog_words(const WatchdogEndpoints& endpoints);
 
 }  // namespace hapticd::cli

@@ -11,7 +11,7 @@ namespace hapticd::console {
 /// comes from another machine or container.
 std::optional<unsigned> user_of_connection(const boost::asio::ip::tcp::endpoint& peer,
                                            const boost::asio::ip::tcp::endpoint& own);
-/// The same from the text of such a list, as /proc/net/tcp and /proc/net/tcp6 have it.
+/// Finds a user in the text of such a list, as /proc/net/tcp and /proc/net/tcp6 have it.
 std::optional<unsigned> user_in_list(std::istream& list, const boost::asio::ip::tcp::endpoint& peer,
                                      const boost::asio::ip::tcp::endpoint& own);
 

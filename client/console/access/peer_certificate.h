@@ -16,7 +16,7 @@ class PageCertificates {
  public:
   /// Throws std::runtime_error if they cannot be used.
   explicit PageCertificates(std::string folder);
-  /// For the next connection. Looks at the files at most once a second; those that cannot be used are
+  /// Context for the next connection. Looks at the files at most once a second; those that cannot be used are
   /// reported in the log, and the ones before stay.
   std::shared_ptr<boost::asio::ssl::context> current();
 

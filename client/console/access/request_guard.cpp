@@ -19,7 +19,7 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// Without what could spoil a log or a page.
+/// Text without what could spoil a log or a page.
 std::string shown(std::string_view text) {
   std::string result(text.substr(0, kMaxShown));
   std::replace_if(

@@ -28,12 +28,13 @@ class RequestGuard {
   /// `names`: further names of this machine. `is_tls`: pages have the scheme https.
   RequestGuard(std::vector<std::string> names, bool is_tls);
 
-  /// For every request: the host must be one of this machine's own names (a page of another site whose name
-  /// was made to point here shows its own), and an origin, where one is sent, this very page's.
+  /// Checks every request: the host must be one of this machine's own names (a page of another site whose
+  /// name was made to point here shows its own), and an origin, if one is sent, this very page's.
   std::optional<RequestRefusal> check(const RequestOrigin& from) const;
-  /// For those that change something, as well: only a page of the same origin can send this type and header.
+  /// Checks requests that change something, as well: only a page of the same origin can send this type and
+  /// header.
   std::optional<RequestRefusal> check_post(const RequestOrigin& from) const;
-  /// For a socket, as well: browsers send its origin always, and ask no one.
+  /// Checks a socket, as well: browsers send its origin always, and open it without asking first.
   std::optional<RequestRefusal> check_socket(const RequestOrigin& from) const;
 
  private:
@@ -42,7 +43,7 @@ class RequestGuard {
   std::string scheme_;
 };
 
-/// The value of a cookie in a Cookie header; empty where it is not there.
+/// Value of a cookie in a Cookie header; empty if it is not there.
 std::string_view cookie_value(std::string_view header, std::string_view name);
 
 }  // namespace hapticd::console

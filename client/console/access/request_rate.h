@@ -11,7 +11,7 @@ class RequestRate {
   using Time = std::chrono::steady_clock::time_point;
   explicit RequestRate(double per_s) : per_s_(per_s), left_(2.0 * per_s) {}
 
-  /// Takes one; false where none is left.
+  /// Takes one; false if none is left.
   bool take(Time now) {
     const double passed_s = std::chrono::duration<double>(now - last_).count();
     left_ = last_ == Time{} ? left_ : std::min(left_ + passed_s * per_s_, 2.0 * per_s_);

@@ -54,7 +54,7 @@ std::optional<std::string> from_hex(std::string_view text) {
   return bytes;
 }
 
-/// Whether a file is this user's own, and closed to all others.
+/// True if a file is this user's own, and closed to all others.
 bool is_private(int file) {
   struct stat status {};
   return fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_uid == geteuid() &&

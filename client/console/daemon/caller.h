@@ -17,7 +17,7 @@ struct Caller {
   std::string lease;   ///< token; empty, or a text that cannot be one: none
 };
 
-/// Whether a text has the form of a lease's token, or of a key that opens the page: 32 hexadecimal digits.
+/// True if a text has the form of a lease's token, or of a key that opens the page: 32 hexadecimal digits.
 bool is_token(std::string_view text);
 /// False if gRPC cannot send who the call is for: then the call must not be made.
 bool fill(grpc::ClientContext& context, const Caller& caller);

@@ -13,8 +13,8 @@
 namespace hapticd::console {
 
 /// Asks the daemon twice a second whether it is there; a console for all reports with it where its pages are.
-/// A daemon that is gone is noticed with the next question, one that stands still after 1.4 s. Used by the
-/// console's thread alone.
+/// A daemon that is gone is noticed with the next question, one that hangs after 1.4 s. Used by the console's
+/// thread alone.
 class DaemonWatch : public std::enable_shared_from_this<DaemonWatch> {
  public:
   struct Parts {
@@ -47,7 +47,7 @@ class DaemonWatch : public std::enable_shared_from_this<DaemonWatch> {
   bool is_there_ = false;
   bool has_answer_ = false;
   std::string refusal_;  ///< of the last report
-  int unreported_ = 0;   ///< questions since then that were no report
+  int unreported_ = 0;   ///< questions since then that were not reports
 };
 
 }  // namespace hapticd::console

@@ -25,7 +25,7 @@ std::span<const double> RowRing::row(std::uint64_t number) const {
 
 namespace {
 
-/// Two rows: the minima and the maxima of rows `from` to before `to`.
+/// Appends two rows: the minima and the maxima of rows `from` to before `to`.
 void append_pair(const RowRing& ring, const std::vector<std::size_t>& columns, std::uint64_t from,
                  std::uint64_t to, std::vector<double>& out) {
   const std::size_t place = out.size();

@@ -30,7 +30,7 @@ class RowRing {
   std::uint64_t end_ = 0;
 };
 
-/// Where a reader is, and what it has missed since it began.
+/// Position of a reader, and what it has missed since it began.
 struct RowReader {
   std::vector<std::size_t> columns;  ///< of the ring, in the reader's order
   std::uint64_t next = 0;            ///< number of the row it reads next
@@ -39,7 +39,7 @@ struct RowReader {
 };
 
 /// All rows since the reader read last, as numbers: `id`, rows, samples for each row, lost, merged, then row
-/// by row. Where that would be more than `max_rows` rows, each pair of rows has the minima and the maxima of
+/// by row. If that would be more than `max_rows` rows, each pair of rows has the minima and the maxima of
 /// "samples for each row" times two rows; of a column that only rises, these are the first and the last
 /// value. What the ring no longer has is counted as lost. NaN counts as no value; a column of NaN alone stays
 /// NaN.

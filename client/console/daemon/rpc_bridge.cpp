@@ -104,7 +104,7 @@ RpcEnd end_of(const grpc::Status& status) {
   return {http_status_of(status.error_code()), error_json(status.error_code(), error.what(), error.detail())};
 }
 
-/// Checks the method and makes the request's bytes; the refusal where it cannot be done.
+/// Checks the method and makes the request's bytes; the refusal if it cannot be done.
 std::optional<RpcEnd> prepare(std::string_view name, const pb::MethodDescriptor* method, bool streams,
                               const std::string& request_json, std::string& bytes) {
   if (method == nullptr) {

@@ -30,9 +30,9 @@ struct RpcEnd {
   unsigned http_status = 200;
   std::string json;  ///< the answer, or {"code", "message", "detail"}
 };
-/// A refusal by the console itself, in the same form.
+/// Makes a refusal by the console itself, in the same form.
 RpcEnd refuse_rpc(grpc::StatusCode code, const v1::ErrorDetail& detail);
-/// The parts of a refusal.
+/// Detail of a refusal, from its parts.
 v1::ErrorDetail detail_of(std::string what, std::string where = {}, std::string value = {},
                           std::string limit = {}, std::string remedy = {});
 
@@ -64,22 +64,22 @@ class RpcBridge {
   RpcBridge(const RpcBridge&) = delete;
   RpcBridge& operator=(const RpcBridge&) = delete;
 
-  /// "hapticd.v1.SafetyService/Stop"; nullptr where there is no such call.
+  /// "hapticd.v1.SafetyService/Stop"; nullptr if there is no such call.
   static const google::protobuf::MethodDescriptor* find(std::string_view method);
-  /// How a call ended, in JSON; without its answer.
+  /// End of a call in JSON; without its answer.
   static RpcEnd to_end(const grpc::Status& status);
 
-  /// A call with one request and one answer. `done` comes once, at once where the request cannot be read.
+  /// Makes a call with one request and one answer. `done` comes once, at once if the request cannot be read.
   void call(std::string_view method, const std::string& request_json, const Caller& caller, Done done);
-  /// The same in bytes, also of methods that are not in the contract. `waits`: while the daemon is away,
-  /// waits for it, up to `timeout`.
+  /// Calls in bytes, also methods that are not in the contract. `waits`: while the daemon is away, waits for
+  /// it, up to `timeout`.
   void call_raw(const std::string& path, const std::string& bytes, const Caller& caller, RawDone done,
                 std::chrono::milliseconds timeout = kTimeout, bool waits = false);
-  /// A call with one request and a stream of answers, none before they are granted. nullptr where it cannot
-  /// begin: then `on_end` has come.
+  /// Opens a call with one request and a stream of answers, none before they are granted. nullptr if it
+  /// cannot begin: then `on_end` has come.
   std::shared_ptr<RpcStream> open(std::string_view method, const std::string& request_json,
                                   const Caller& caller, OnMessage on_message, Done on_end);
-  /// A message of the contract as JSON.
+  /// Turns a message of the contract into JSON.
   static std::string to_json(const google::protobuf::Descriptor& type, const std::string& bytes);
 
  private:

@@ -51,7 +51,7 @@ class Race {
   void arrived(std::string json) {
     if (take_first()) done_({200, std::move(json)});
   }
-  /// One path failed. `end`: to be said where the other one fails, too; nothing: the other's is said.
+  /// Notes that one path failed. `end`: to be said if the other one fails, too; nothing: the other's is said.
   void failed(std::optional<RpcEnd> end) {
     RpcEnd said;
     {

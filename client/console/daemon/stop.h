@@ -13,7 +13,7 @@
 
 namespace hapticd::console {
 
-/// As much of a stop's body is read, bytes.
+/// Maximum part of a stop's body that is read, bytes.
 inline constexpr std::size_t kMaxStopBody = 4096;
 
 /// What a page has sent with a stop.
@@ -22,7 +22,7 @@ struct StopBody {
   bool is_whole = false;
 };
 
-/// Stops by the daemon's stop port, one after the other, on a thread of its own: as this program, since that
+/// Stops by the daemon's stop port, one after the other, on a separate thread: as this program, since that
 /// path carries no other name. Stops that come while one is under way share the next.
 class StopPort {
  public:
@@ -36,7 +36,7 @@ class StopPort {
   StopPort(const StopPort&) = delete;
   StopPort& operator=(const StopPort&) = delete;
 
-  /// By any thread. `done` comes once, from this class's own thread.
+  /// Stops; for any thread. `done` comes once, from this class's own thread.
   void stop(Done done);
 
  private:
@@ -54,8 +54,9 @@ class StopPort {
 
 /// Stops the rig for `caller` by both paths at once: the service, and the stop port. Any body stops; one that
 /// cannot be read is the reason itself, in words. `bridge`: with a connection that no other call uses. While
-/// the daemon is away, the service's stop waits for it, up to 5 s. `done` comes once, with the first answer: that
-/// of SafetyService/Stop, and "path", by which it came; or with the service's refusal where neither came through.
+/// the daemon is away, the service's stop waits for it, up to 5 s. `done` comes once, with the first answer:
+/// that of SafetyService/Stop, and "path", by which it came; or with the service's refusal if neither came
+/// through.
 void stop(RpcBridge& bridge, StopPort& port, const Caller& caller, const StopBody& body, RpcBridge::Done done);
 
 }  // namespace hapticd::console

@@ -30,17 +30,17 @@ class TelemetryFeed : public std::enable_shared_from_this<TelemetryFeed> {
   TelemetryFeed(const TelemetryFeed&) = delete;
   TelemetryFeed& operator=(const TelemetryFeed&) = delete;
 
-  /// Of the loop; 0 until the daemon has answered.
+  /// Rate of the loop; 0 until the daemon has answered.
   double rate_hz() const { return rate_hz_; }
-  /// Empty until the first rows have come.
+  /// Columns; empty until the first rows have come.
   const std::vector<FeedColumn>& columns() const { return columns_; }
   const RowRing* ring() const { return ring_ ? &*ring_ : nullptr; }
   /// Rows that were lost before they came here.
   std::uint64_t lost() const { return lost_; }
-  /// How the stream ended; nothing while it runs.
+  /// End of the stream; nothing while it runs.
   const std::optional<RpcEnd>& end() const { return end_; }
 
-  /// Called after rows have come, and at the end. Returns a number for forget().
+  /// Adds a function that is called after rows have come, and at the end. Returns a number for forget().
   std::uint64_t on_change(std::function<void()> call);
   void forget(std::uint64_t listener);
 

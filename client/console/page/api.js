@@ -45,7 +45,7 @@ async function post(method, request, options = {}) {
   throw new RpcError(json);
 }
 
-// One call. `request` in proto3 JSON.
+// Makes one call. `request` in proto3 JSON.
 export async function rpc(method, request = {}) {
   await enter();
   try {
@@ -73,7 +73,7 @@ function setLink(state) {
   for (const call of linkListeners) call({state});
 }
 
-// Called with the present state at once. Returns a function that ends it.
+// Adds a function that is called with the present state at once. Returns a function that ends it.
 export function onLink(call) {
   linkListeners.add(call);
   call({state: link});
@@ -136,7 +136,7 @@ function subscribe(entry) {
   return {close: () => { if (open.delete(id)) tell({close: id}); }};
 }
 
-// A stream of answers. message(m) for each, end(RpcError or null) once.
+// Opens a stream of answers. message(m) for each, end(RpcError or null) once.
 export function stream(method, request, {message, end, credits = 8, again = false}) {
   let handle = null;
   let pending = 0;

@@ -3,7 +3,7 @@
 import {stream} from '/api.js';
 import {Rows} from '/plot.js';
 
-// The bytes of an export. progress(received).
+// Fetches the bytes of an export. progress(received).
 export function fetchExport(request, progress) {
   return new Promise((resolve, reject) => {
     const pieces = [];

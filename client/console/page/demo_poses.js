@@ -37,7 +37,7 @@ export function demoPose(s, predictMs, registrationMm, sent) {
   };
 }
 
-/// Calls onPose(pose, arrived ms) at a rate, and answers exchanges of stamps by a clock of its own.
+/// Calls onPose(pose, arrived ms) at a rate, and answers exchanges of stamps by its own clock.
 export function openDemo({ rateHz, predictMs, registrationMm = [1.2, -0.8, 0.5] }, onPose) {
   const offset = 5_000_000;
   let sent = 0;

@@ -1,4 +1,4 @@
-// Where the words of a plot's marks stand: in rows above the traces, none over another.
+// Places of the words of a plot's marks: in rows above the traces, none over another.
 
 export const LABEL_ROW = 15;
 const MAX_ROWS = 3, GAP = 10, MAX_LETTERS = 32;

@@ -49,7 +49,7 @@ export class Rows {
   }
 }
 
-// Of a plot: on a large screen its letters are larger, as the page's are.
+// Size of a plot's letters: on a large screen they are larger, as the page's are.
 let letters = 1;
 function measured(canvas, ink) {
   const ratio = (devicePixelRatio || 1) * letters;
@@ -57,7 +57,7 @@ function measured(canvas, ink) {
   return [canvas.width / ratio, canvas.height / ratio];
 }
 
-// A canvas as large as its place, sharp on every screen. draw() is called when its size changes.
+// Makes a canvas as large as its place, sharp on every screen. draw() is called when its size changes.
 export function fitCanvas(canvas, draw) {
   const observer = new ResizeObserver(() => {
     letters = parseFloat(getComputedStyle(document.documentElement).fontSize) / 15;
@@ -127,7 +127,7 @@ export class Traces {
     this.rows = rows;
     this.scales = series.map(() => new Scale());
   }
-  // From `from` to `to`, s.
+  // Draws from `from` to `to`, s.
   draw(from, to) {
     const {ink, canvas, rows, series} = this;
     if (!series || !canvas.width) return;
@@ -158,7 +158,7 @@ export class Traces {
       ink.lineTo(mark.at, height - bottom);
       ink.stroke();
     }
-    for (const one of labels) { // on ground of their own: a line may pass
+    for (const one of labels) { // on their own background: a line may pass
       ink.fillStyle = colours.ground;
       ink.fillRect(one.x - 2, one.row * LABEL_ROW + 1, ink.measureText(one.text).width + 4, LABEL_ROW - 1);
       ink.fillStyle = colourOf(one);
@@ -187,7 +187,7 @@ export class Traces {
     ink.stroke();
     ink.textAlign = 'left';
   }
-  // Which rows fall into which pixel column: once for all series. starts[c] is the first row of column c.
+  // Divides the rows into pixel columns: once for all series. starts[c] is the first row of column c.
   #divide(first, last, from, to, columns) {
     if (!this.starts || this.starts.length <= columns) {
       this.starts = new Float64Array(columns + 1);
@@ -409,7 +409,7 @@ export function drawXY(canvas, series, xLabel, yLabel) {
   });
 }
 
-// A CoverageMap of the contract: full cells are enough, framed ones are still wanted.
+// Draws a CoverageMap of the contract: full cells are enough, framed ones are still wanted.
 export function drawCoverage(canvas, map) {
   const ink = canvas.getContext('2d', {alpha: false});
   if (!canvas.width || !map.x?.bins) return;

@@ -1,7 +1,7 @@
-// How the daemon's clock stands to performance.now(): bounds that hold for any delay of the network, from exchanges of stamps
-// (ClockService.Exchange). All times are in ms.
+// Relation of the daemon's clock to performance.now(): bounds that hold for any delay of the network, from
+// exchanges of stamps (ClockService.Exchange). All times are in ms.
 
-/// By how much two quartz clocks run apart, at most.
+/// Rate at which two quartz clocks run apart, at most.
 const MAX_DRIFT = 200e-6;
 /// The converted time approaches a better estimate by no more than this share.
 const MAX_SLEW = 500e-6;
@@ -12,7 +12,7 @@ export class PoseClock {
     this.exchanges = 0;
   }
 
-  /// One exchange: sent and received by performance.now(), the two stamps between by the daemon's clock.
+  /// Adds an exchange: sent and received by performance.now(), the two stamps between by the daemon's clock.
   add(sentMs, receivedMs, daemonReceivedMs, daemonSentMs) {
     // A message does not arrive before it was sent.
     let lower = daemonSentMs - receivedMs, upper = daemonReceivedMs - sentMs;
@@ -31,7 +31,7 @@ export class PoseClock {
     Object.assign(this, { lower, upper, atMs: receivedMs, known: true });
   }
 
-  /// How wrong a converted time can be, ±.
+  /// Bound of the error of a converted time, ±.
   boundMs(nowMs = performance.now()) {
     return this.known ? (this.upper - this.lower) / 2 + Math.max(0, nowMs - this.atMs) * MAX_DRIFT : Infinity;
   }
@@ -48,7 +48,7 @@ export class PoseClock {
       // What is out of bounds is wrong for certain.
       if (this.shown < this.lower - 1 || this.shown > this.upper + 1) this.shown = best;
     }
-    // Later never becomes earlier, even where the first estimate was far off.
+    // Later never becomes earlier, even if the first estimate was far off.
     const shownMs = this.shownMs === undefined ? localMs + this.shown : Math.max(this.shownMs, localMs + this.shown);
     this.shownAtMs = localMs;
     this.shownMs = shownMs;

@@ -56,7 +56,7 @@ export function ellipsoid(c, at, deviations = 2, least = 0.4) {
   const s = deviations;
   return frame([s * a, s * b, s * d], [0, s * e, s * f], [0, 0, s * g], at);
 }
-/// Where a point is on the screen, 0 … 1 from the left and the top; nothing behind the camera.
+/// Place of a point on the screen, 0 … 1 from the left and the top; nothing behind the camera.
 export function projected(viewProjection, p) {
   const m = viewProjection;
   const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
@@ -104,7 +104,7 @@ export const meshes = {
     return turned([...ballPart, [slim, ball * 0.9, 1, 0], [slim, 30, 1, 0], [radius, 40, 0.9, -0.4], [radius, length, 1, 0],
       [radius, length, 0, 1], [0, length, 0, 1]], 24);
   },
-  /// From the origin to z = 1.
+  /// Arrow from the origin to z = 1.
   arrow: () => turned([[0, 1, 0, 1], [0.1, 0.76, 0.9, 0.3], [0.1, 0.76, 0, -1], [0.035, 0.76, 0, -1], [0.035, 0.76, 1, 0],
     [0.035, 0, 1, 0], [0, 0, 0, -1]], 20),
   table: (half = 120, z = 0) => ({
@@ -149,7 +149,7 @@ void main() {
   gl_FragColor = vec4(base * a, a);
 }`;
 
-/// Whether no graphics card draws.
+/// True if no graphics card draws.
 function isDrawnByProcessor() {
   const gl = document.createElement('canvas').getContext('webgl');
   const names = gl && gl.getExtension('WEBGL_debug_renderer_info');
@@ -159,7 +159,7 @@ function isDrawnByProcessor() {
 }
 
 export class Scene3d {
-  /// Throws where the browser has no WebGL.
+  /// Throws if the browser has no WebGL.
   constructor(canvas) {
     this.canvas = canvas;
     this.byProcessor = isDrawnByProcessor();

@@ -13,7 +13,7 @@ export function el(tag, attributes = {}, ...children) {
   return node;
 }
 
-// Changes the text only where it differs: nothing is drawn again for nothing.
+// Changes the text only if it differs: nothing is drawn again for nothing.
 export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
@@ -24,14 +24,14 @@ export function fill(node, ...children) {
 
 const isNumber = (value) => value !== null && value !== undefined && value !== '' && Number.isFinite(Number(value));
 
-// A number with its unit, "–" where there is none. Unit "1": none.
+// Number with its unit, "–" if there is none. Unit "1": none.
 export function num(value, unit = '', decimals = 2) {
   if (!isNumber(value)) return '–';
   const text = Number(value).toFixed(decimals).replace(/^-(0(\.0*)?)$/, '$1').replace('-', '−');
   return unit && unit !== '1' ? `${text} ${unit}` : text;
 }
 
-// With a few significant digits, whatever its size.
+// Number with a few significant digits, whatever its size.
 export function short(value, unit = '') {
   if (!isNumber(value)) return '–';
   const number = Number(value);
@@ -61,7 +61,7 @@ export const clockTime = (unixNs) => new Date(Number(unixNs) / 1e6).toLocaleStri
 export const columnTitle = (name) =>
   name.replace(/_(n_per_mm|mm_per_s2|mm_per_s|rad_per_s|n_s_per_mm|n|mm|ms|ns|mj|rad)$/, '').replaceAll('_', ' ');
 
-// What went wrong, where, and what to do.
+// Box that says what went wrong, where, and what to do.
 export function errorBox(error) {
   const detail = error.detail || {};
   return el('div', {class: 'error', role: 'alert'}, el('strong', {}, error.message),

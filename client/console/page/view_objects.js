@@ -39,7 +39,7 @@ export function show(place) {
     readStored();
     compare();
   }
-  // (3.5)-like laws only: f = K x^m at rest.
+  // Curve of a (3.5)-like law only: f = K x^m at rest.
   function curve(model) {
     const value = (part) => model.parameters.find((p) => p.name.includes(part))?.value;
     const k = value('stiffness'), m = value('exponent');

@@ -1,4 +1,4 @@
-// Recordings and incidents: start, stop, note, read. Of an incident the last second before the fault.
+// Recordings and incidents: start, stop, note, read. For an incident the last second before the fault.
 
 import {rpc} from '/api.js';
 import {fetchExport, readCsv} from '/csv_table.js';

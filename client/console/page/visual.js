@@ -21,7 +21,7 @@ const view = {
   stereo: params.get('stereo') === '1', background: params.get('background') || 'camera', frame: params.get('frame') || 'rig',
   demo: params.get('source') === 'demo',
 };
-/// Beyond this a velocity says nothing about where the tool is.
+/// Time beyond which a velocity says nothing about where the tool is.
 const MAX_EXTRAPOLATION_MS = 50;
 const STALE_MS = 500;
 /// Pixels drawn for each of the screen's, along one side.
@@ -32,12 +32,12 @@ const CAMERA_AGE_MS = 40;
 const $ = (id) => document.getElementById(id);
 const vec = (v) => [v.x, v.y, v.z];
 const clock = new PoseClock();
-/// For tests and for a person at the browser's console.
+/// State for tests and for a person at the browser's console.
 const state = { frames: 0, fps: 0, poses: 0, ageMs: NaN, missMm: NaN, problem: '', stage: 'starting', workMs: 0 };
 window.hapticdVisual = state;
 
 let newest = null;  // { pose, atMs: when it came }
-let cameraTruth = null;  // (daemon ms) → { tip, orientation, normal, depth }, where the rig is simulated
+let cameraTruth = null;  // (daemon ms) → { tip, orientation, normal, depth }, if the rig is simulated
 
 function setStage(stage, notice = '') {
   state.stage = stage;
@@ -72,7 +72,8 @@ async function openDaemon() {
   if (view.background === 'camera') followTruth(api);
 }
 
-/// The truth of a simulated rig stands in for a camera: positions of the last second, by the rig's clock.
+/// Follows the truth of a simulated rig in place of a camera: positions of the last second, by the rig's
+/// clock.
 function followTruth(api) {
   const columns = ['time_ns', 'truth_tip_position_x_mm', 'truth_tip_position_y_mm', 'truth_tip_position_z_mm', 'truth_displacement_mm',
     'truth_normal_x', 'truth_normal_y', 'truth_normal_z', 'sample_orientation_w', 'sample_orientation_x', 'sample_orientation_y', 'sample_orientation_z'];

@@ -1,4 +1,4 @@
-// Who may do what, who controls the rig, who must be there; clocks.
+// Access, control of the rig, watchdog; clocks.
 
 #include <optional>
 
@@ -9,7 +9,7 @@
 namespace hapticd::client {
 namespace {
 
-/// Of a holder from which the lease is taken.
+/// Notice of a holder from which the lease is taken.
 constexpr std::chrono::seconds kLongestNotice{10};
 
 }  // namespace

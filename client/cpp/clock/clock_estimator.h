@@ -15,7 +15,7 @@ struct ClockExchange {
   std::int64_t client_received_ns = 0;
 };
 
-/// Between what the offset (daemon's clock minus client's) is at one time.
+/// Bounds of the offset (daemon's clock minus client's) at one time.
 struct ClockBounds {
   std::int64_t client_ns = 0;  ///< the time, by the client's clock
   std::int64_t lower_ns = 0;
@@ -50,15 +50,16 @@ class ClockEstimator {
   /// `max_drift_ppm`: of one clock against the other, 0.001 … 10000. Throws Error (kBadClock) otherwise.
   explicit ClockEstimator(double max_drift_ppm = kDefaultMaxDriftPpm);
 
-  /// Of exchanges that followed one another. Throws Error (kBadClock) where a clock ran backwards, a stamp is
-  /// absurd (beyond 73 years), or the clocks run apart faster than stated: what was known is forgotten, and
-  /// the next exchange begins afresh.
+  /// Adds an exchange; exchanges follow one another. Throws Error (kBadClock) if a clock ran backwards, a
+  /// stamp is absurd (beyond 73 years), or the clocks run apart faster than stated: what was known is
+  /// forgotten, and the next exchange begins afresh.
   void add(const ClockExchange& exchange);
 
   bool empty() const noexcept { return !known_; }
-  /// At a time of the client's clock. Not while empty().
+  /// Bounds at a time of the client's clock. Not while empty().
   ClockBounds bounds(std::int64_t client_ns) const;
-  /// Over the last ten minutes at most; the largest one stated, ±, before there is more than one second.
+  /// Drift over the last ten minutes at most; the largest one stated, ±, before there is more than one
+  /// second.
   ClockDrift drift() const;
   double max_drift_ppm() const noexcept { return max_drift_ppm_; }
 

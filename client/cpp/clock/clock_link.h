@@ -13,7 +13,7 @@ class ClockLink {
  public:
   explicit ClockLink(double max_drift_ppm) : estimator_(max_drift_ppm) {}
 
-  /// As ClockEstimator::add(); where that fails, nothing is known any more.
+  /// Adds an exchange as ClockEstimator::add(); if that fails, nothing is known any more.
   void add(const ClockExchange& exchange);
   void forget() { *this = ClockLink(estimator_.max_drift_ppm()); }
 
@@ -24,7 +24,7 @@ class ClockLink {
     std::int64_t ns = 0;
     double bound_ms = 0.0;  ///< how wrong it can be at most
   };
-  /// Not while empty().
+  /// Converts a time of the client's clock. Not while empty().
   Converted convert(std::int64_t client_ns);
 
  private:

@@ -11,9 +11,9 @@
 namespace hapticd::client {
 
 struct ClockSyncOptions {
-  /// Of the daemon's clock against this one, 0.001 … 10000 ppm. The bounds hold only where this does.
+  /// Drift of the daemon's clock against this one, 0.001 … 10000 ppm. The bounds hold only if this does.
   double max_drift_ppm = ClockEstimator::kDefaultMaxDriftPpm;
-  /// Between two rounds of five exchanges in the first two seconds, then from there on.
+  /// Pause between two rounds of five exchanges in the first two seconds; the next one is for later.
   std::chrono::milliseconds first_pause{10};
   std::chrono::milliseconds pause{100};
 };
@@ -43,19 +43,19 @@ class ClockSync {
   ClockSync(const ClockSync&) = delete;
   ClockSync& operator=(const ClockSync&) = delete;
 
-  /// This machine's clock, in ns.
+  /// Clock of this machine, in ns.
   static std::int64_t now_ns();
-  /// Of the offset (daemon's clock minus this one), now. Throws Error as to_daemon().
+  /// Bounds of the offset (daemon's clock minus this one), now. Throws Error as to_daemon().
   ClockBounds bounds() const;
   ClockDrift drift() const;
   /// Later times never become earlier ones, nor jump: see ClockConverter. It begins afresh only after a clock
   /// ran backwards or was set, or the daemon's machine was started again. Throws Error (kBadClock) until
   /// then, and for a time more than 1 s ahead of now.
   DaemonTime to_daemon(std::int64_t client_ns) const;
-  /// The same by the rig's clock. Throws Error (kBadClock) also where no tick of the rig is known, and where
-  /// the rig has a time of its own: in a replay.
+  /// Converts to the rig's clock. Throws Error (kBadClock) also if no tick of the rig is known, and if the
+  /// rig has its own time: in a replay.
   RigTime to_rig(std::int64_t client_ns) const;
-  /// Why the last exchange failed; nothing where it did not. The bounds widen meanwhile.
+  /// Why the last exchange failed; nothing if it did not. The bounds widen meanwhile.
   std::optional<Error> problem() const;
   /// Exchanges that went well.
   std::uint64_t exchanges() const;

@@ -10,7 +10,7 @@
 
 namespace v1 = hapticd::v1;
 
-/// Waits until the hand presses steadily; false after ten seconds, or where the guard took the force away.
+/// Waits until the hand presses steadily; false after ten seconds, or if the guard took the force away.
 bool await_press(hapticd::client::Client& client, double force_n, v1::RigState& state) {
   for (int tries = 0; tries < 200; ++tries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));

@@ -21,7 +21,7 @@ namespace {
 
 /// What the daemon keeps of a reason. Nothing longer is sent: a request may be too large to arrive.
 constexpr std::size_t kMaxStopReason = 256;
-/// For the second answer, after the first.
+/// Time for the second answer, after the first.
 constexpr std::chrono::milliseconds kGrace{200};
 
 /// One path: under way, answered, or failed.

@@ -34,7 +34,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::string_view kRequest = "HAPTICD STOP 1\n";
 constexpr std::string_view kStopped = "HAPTICD STOPPED ";
 constexpr std::size_t kAnswerSize = 33;
-/// While others of the same address take its place again and again.
+/// Maximum number of tries while others of the same address take its place again and again.
 constexpr int kMaxTries = 50;
 
 [[noreturn]] void fail_stop(ErrorKind kind, const std::string& what, const std::string& where,
@@ -47,7 +47,7 @@ constexpr int kMaxTries = 50;
   throw Error(kind, "", detail);
 }
 
-/// When a stop is given up.
+/// Time at which a stop is given up.
 struct Deadline {
   Clock::time_point at;
   int cancelled = -1;
@@ -110,8 +110,8 @@ std::uint64_t stop_by_datagram(const std::string& path, const Deadline& until) {
     fail_stop(ErrorKind::kUnreachable, "no daemon takes stops there", path, std::strerror(errno),
               "start hapticd, or name its address with --server or HAPTICD_SERVER");
   }
-  // A name of its own, which the kernel chooses, so that an answer can come. It is connected before: others
-  // can send nothing to it.
+  // A separate name, which the kernel chooses, so that an answer can come. It is connected before: others can
+  // send nothing to it.
   bind(socket.get(), reinterpret_cast<const sockaddr*>(&any), sizeof(sa_family_t));
   while (send(socket.get(), kRequest.data(), kRequest.size(), MSG_NOSIGNAL) < 0) {
     if (errno != EAGAIN)
@@ -223,7 +223,7 @@ std::uint64_t stop_with_certificates(const StopSocket& socket, const std::string
 std::uint64_t stop_by_stop_port(const std::string& address, const std::string& certificates,
                                 std::chrono::milliseconds timeout, int cancelled) {
   const Deadline until{Clock::now() + timeout, cancelled};
-  channel_target(address);  // throws where it is no address
+  channel_target(address);  // throws if it is not an address
   constexpr std::string_view kUnix = "unix:";
   if (address.starts_with(kUnix)) return stop_by_datagram(address.substr(kUnix.size()) + ".stop", until);
   std::optional<CertificateFiles> files;

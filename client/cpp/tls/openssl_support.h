@@ -27,8 +27,8 @@ inline std::string newest_tls_problem(const char* otherwise) {
   return reason == nullptr ? otherwise : reason;
 }
 
-/// While one exists, its thread's writing to a connection that the peer has closed is an error, and not the
-/// end of the program: OpenSSL does not ask for that.
+/// Makes writing to a connection that the peer has closed an error in this thread, while one exists, and not
+/// the end of the program: OpenSSL does not ask for that.
 class NoPipeSignal {
  public:
   NoPipeSignal() {

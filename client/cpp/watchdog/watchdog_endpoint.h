@@ -26,13 +26,13 @@ class WatchdogEndpoint {
   /// `client` must outlive it. `name`: as it is configured, [[watchdog.endpoint]]. Calls nothing yet.
   WatchdogEndpoint(Client& client, std::string name);
 
-  /// Alive. `pressed`: of a pedal, and then always; false cuts the force at the next tick, and where the call
-  /// is not answered within 5 ms it stops by the daemon's stop port as well (then the fault is `stopped`).
+  /// Alive. `pressed`: of a pedal, and then always; false cuts the force at the next tick, and if the call is
+  /// not answered within 5 ms it stops by the daemon's stop port as well (then the fault is `stopped`).
   /// Throws Error; refused: NOT_FOUND (no such endpoint), BUSY (another sender is alive under this name),
   /// INVALID (a pedal must say whether it is pressed). After an Error the next call begins afresh.
   void check_in(std::optional<bool> pressed = std::nullopt);
 
-  /// After a check-in, until this endpoint is missing; zero before the first one.
+  /// Time from a check-in until this endpoint is missing; zero before the first one.
   std::chrono::nanoseconds timeout() const noexcept { return timeout_; }
   /// How long to wait until the next check-in: a quarter of timeout(), so that some may come late.
   std::chrono::nanoseconds pause() const noexcept { return timeout_ / 4; }

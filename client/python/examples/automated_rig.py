@@ -1,4 +1,4 @@
-"""An automated test rig: three stiffnesses, each measured and judged; exit code 1 where one is wrong."""
+"""An automated test rig: three stiffnesses, each measured and judged; exit code 1 if one is wrong."""
 
 import sys
 

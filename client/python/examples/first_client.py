@@ -17,7 +17,7 @@ else:  # from elsewhere, or tls:127.0.0.1:50051 through a tunnel: certificates s
     channel = grpc.secure_channel(address.removeprefix("tls:"), grpc.ssl_channel_credentials(*files))
 leases = access_pb2_grpc.LeaseServiceStub(channel)
 try:
-    # Long enough for all of it: nobody renews it here.
+    # Long enough for all of it: it is not renewed here.
     lease = leases.AcquireLease(access_pb2.AcquireLeaseRequest(purpose="first client", ttl_s=30), timeout=5)
     token = [("hapticd-lease", lease.token)]
 

@@ -41,7 +41,7 @@ class Rig(Calls):
 
     @property
     def address(self) -> str:
-        """As given."""
+        """Address as given."""
         return self._endpoint.address
 
     def close(self) -> None:
@@ -66,10 +66,11 @@ class Rig(Calls):
     ) -> Iterator[access_pb2.Lease]:
         """Exclusive control of the rig while the block runs; all calls of this object go under it.
 
-        ttl_s: 1 … 60 s. Renewed by a process of its own, which is started first and takes about half a second: the lease
-        holds while this program computes, and no longer than it lives. on_expiry: "keep", "ramp_to_zero" or "stop". take: why it is taken from the client that holds it.
+        ttl_s: 1 … 60 s. Renewed by a separate process, which is started first and takes about half a second: the lease
+        holds while this program computes, and no longer than it lives. on_expiry: "keep", "ramp_to_zero" or "stop".
+        take: why it is taken from the client that holds it.
 
-        Raises NotAllowed (LEASE_HELD) where another client has it; LeaseLost at the next command when it was taken.
+        Raises NotAllowed (LEASE_HELD) if another client has it; LeaseLost at the next command when it was taken.
         """
         renewal = Renewal(self._endpoint, self._timeout_s)
         try:
@@ -92,7 +93,7 @@ class Rig(Calls):
 
     def stop_by_both(self, reason: str = "") -> StopOutcome:
         """stop() by two paths at once, of which one does not pass gRPC: says which answered first. hapticd.stop() does the
-        same without a connection. Raises HapticdError where neither answers in time: use the emergency stop."""
+        same without a connection. Raises HapticdError if neither answers in time: use the emergency stop."""
         return stop_by_both(self._endpoint, self._channel, reason, self._timeout_s)
 
     def stop(self, reason: Optional[str] = None, *, deadline_s: Optional[float] = None) -> safety_pb2.StopResponse:

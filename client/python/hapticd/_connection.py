@@ -1,4 +1,4 @@
-"""Where a daemon is, and how a client shows who it is."""
+"""Address of a daemon, and the identity that a client shows it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import grpc
 
 from hapticd.errors import BadArgument
 
-#: Of calls; a lease's token goes with each.
+#: Metadata of calls; a lease's token goes with each.
 TOKEN_KEY = "hapticd-lease"
 DEFAULT_ADDRESS = "127.0.0.1:50051"
 _TOKEN = re.compile("[0-9a-f]{32}")
@@ -63,7 +63,7 @@ class Endpoint:
         return Endpoint(address, target, folder)
 
     def credentials(self) -> Optional[grpc.ChannelCredentials]:
-        """None: plain, within this machine."""
+        """Credentials; None: plain, within this machine."""
         if self.certificates is None:
             return None
         authority, key, certificate = (
@@ -85,8 +85,8 @@ class Endpoint:
 
 
 def why_unreachable(address: str, timeout_s: float) -> tuple[str, str]:
-    """What is wrong, and the remedy, where no connection comes about: also a port that speaks in another way than it was
-    spoken to. Tries a connection of its own."""
+    """What is wrong, and the remedy, if no connection comes about: also a port that speaks in another way than it was
+    spoken to. Tries a separate connection."""
     remedy = "start hapticd, or name its address: connect(\"host:port\") or HAPTICD_SERVER"
     if address.startswith("unix:"):
         return "no daemon answers", remedy
@@ -162,8 +162,8 @@ def _needs_certificates(address: str) -> bool:
 
 
 def _find_certificates(address: str, folder: Optional[str]) -> Path:
-    """In `folder` if given, else in the first that exists: $HAPTICD_CERTIFICATES, certificates/HOST and certificates in
-    ~/.config/hapticd."""
+    """Certificates in `folder` if given, else in the first that exists: $HAPTICD_CERTIFICATES, certificates/HOST and
+    certificates in ~/.config/hapticd."""
     if folder is not None:
         places = [Path(folder)]
     elif named := os.environ.get("HAPTICD_CERTIFICATES"):

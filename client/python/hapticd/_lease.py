@@ -1,4 +1,4 @@
-"""Exclusive control of a rig, renewed by a process of its own.
+"""Exclusive control of a rig, renewed by a separate process.
 
 A caller that computes for minutes, or holds Python's interpreter, keeps its lease; one that ends, or is killed, does not:
 the renewal ends with it, and the lease expires as it was agreed (docs/access.md).
@@ -47,7 +47,7 @@ class Renewal:
         return self._process.pid
 
     def wait_until_ready(self) -> None:
-        """Raises HapticdError where the process does not start."""
+        """Raises HapticdError if the process does not start."""
         assert self._process.stdout is not None
         said = select.poll()
         said.register(self._process.stdout, select.POLLIN)
@@ -85,7 +85,7 @@ class Renewal:
 
 
 def _environment() -> dict[str, str]:
-    """That of this process, and where this package is."""
+    """Environment of this process, and where this package is."""
     environment = dict(os.environ)
     package = str(Path(__file__).resolve().parents[1])
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, [package, environment.get("PYTHONPATH")]))

@@ -93,7 +93,7 @@ def enum_prefix(descriptor: EnumDescriptor) -> str:
 
 
 def enum_number(descriptor: EnumDescriptor, name: str, where: str) -> int:
-    """Of a value's name, short or whole, in any case."""
+    """Number of a value's name, short or whole, in any case."""
     whole = name.upper().replace("-", "_")
     value = descriptor.values_by_name.get(whole) or descriptor.values_by_name.get(enum_prefix(descriptor) + whole)
     if value is None:
@@ -103,7 +103,7 @@ def enum_number(descriptor: EnumDescriptor, name: str, where: str) -> int:
 
 
 def enum_word(descriptor: EnumDescriptor, number: int) -> str:
-    """"press" of 2; the number as text where this client does not know it."""
+    """"press" of 2; the number as text if this client does not know it."""
     value = descriptor.values_by_number.get(number)
     return str(value.name)[len(enum_prefix(descriptor)) :].lower() if value is not None else str(number)
 

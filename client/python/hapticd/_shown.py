@@ -13,8 +13,8 @@ _SHORT = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}
 
 
 def printable(text: str) -> str:
-    """On one line, without anything that a terminal would obey or that would reorder what is shown: it is escaped as in
-    JSON. A text that is printable stays as it is."""
+    """Text on one line, without anything that a terminal would obey or that would reorder what is shown: it is escaped
+    as in JSON. A text that is printable stays as it is."""
     return _OBEYED.sub(lambda found: _SHORT.get(found[0], f"\\u{ord(found[0]):04x}"), text)
 
 

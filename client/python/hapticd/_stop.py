@@ -26,8 +26,8 @@ _GRACE_S = 0.2
 
 @dataclass(frozen=True)
 class StopOutcome:
-    """first: "stop_port" or "service", whichever answered first, and after how many seconds. answer: of the service where it
-    came as well. problem: of the other path, where it did not answer."""
+    """first: "stop_port" or "service", whichever answered first, and after how many seconds. answer: of the service if
+    it came as well. problem: of the other path, if it did not answer."""
 
     first: str
     after_s: float
@@ -37,8 +37,8 @@ class StopOutcome:
 
 
 def stop_by_port(endpoint: Endpoint, timeout_s: float) -> int:
-    """By the daemon's path for stops alone: the next port, or the datagram socket beside the unix socket. The last completed
-    tick when the stop was handed to the loop. Raises Unreachable, TimedOut, Refused."""
+    """Stops by the daemon's path for stops alone: the next port, or the datagram socket beside the unix socket. Returns
+    the last completed tick when the stop was handed to the loop. Raises Unreachable, TimedOut, Refused."""
     if endpoint.address.startswith("unix:"):
         where = endpoint.address[len("unix:") :] + ".stop"
         return _tick_of(_ask(where, lambda: _by_datagram(where, timeout_s)), where)
@@ -107,7 +107,7 @@ def _by_call(channel: grpc.Channel, address: str, reason: str, timeout_s: float)
 
 
 def stop_by_both(endpoint: Endpoint, channel: grpc.Channel, reason: str, timeout_s: float) -> StopOutcome:
-    """With a channel that exists."""
+    """Stops with a channel that exists."""
     began = time.monotonic()
     ended: queue.Queue[tuple[str, float, Any]] = queue.Queue()
 
@@ -145,7 +145,7 @@ def stop_by_both(endpoint: Endpoint, channel: grpc.Channel, reason: str, timeout
 
 
 def stop_at(endpoint: Endpoint, reason: str, timeout_s: float) -> StopOutcome:
-    """Without a channel that exists."""
+    """Stops without a channel that exists."""
     channel = endpoint.open()
     try:
         return stop_by_both(endpoint, channel, reason, timeout_s)
@@ -158,7 +158,7 @@ def stop(
 ) -> StopOutcome:
     """Zero force, by both paths at once, without a connection that exists. address, certificates: as of connect().
 
-    Raises HapticdError where neither answers in time: use the emergency stop.
+    Raises HapticdError if neither answers in time: use the emergency stop.
     """
     return stop_at(Endpoint.of(address, certificates), reason, timeout_s)
 

@@ -44,7 +44,7 @@ class Stream(Generic[T]):
         raise raised
 
     def last(self) -> T:
-        """Waits for the end, and returns the last message. Raises the call's error, or HapticdError where none came."""
+        """Waits for the end, and returns the last message. Raises the call's error, or HapticdError if none came."""
         newest: Optional[T] = None
         for newest in self:
             pass
@@ -65,7 +65,7 @@ class Stream(Generic[T]):
 
 
 class AsyncStream(Generic[T]):
-    """The same for asyncio: `async for`, `async with`, `await last()`."""
+    """Stream for asyncio: `async for`, `async with`, `await last()`."""
 
     def __init__(self, source: _Source) -> None:
         self._source = source

@@ -1,4 +1,4 @@
-"""What the generated calls stand on."""
+"""Table of calls that the generated code uses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The same for programs of asyncio.
+"""Client for programs of asyncio.
 
     async with await hapticd.aio.connect() as rig:
         await rig.load_scene("tap_1d")
@@ -57,12 +57,12 @@ class Rig(AsyncCalls):
         await self.close()
 
     async def stop_by_both(self, reason: str = "") -> StopOutcome:
-        """As Rig.stop_by_both() of the synchronous client."""
+        """Stops as Rig.stop_by_both() of the synchronous client."""
         run = asyncio.get_running_loop().run_in_executor
         return await run(None, stop_at, self._endpoint, reason, self._timeout_s)
 
     async def stop(self, reason: Optional[str] = None, *, deadline_s: Optional[float] = None) -> safety_pb2.StopResponse:
-        """As Rig.stop() of the synchronous client."""
+        """Stops as Rig.stop() of the synchronous client."""
         run = asyncio.get_running_loop().run_in_executor
         wait_s = deadline_s if deadline_s is not None else self._timeout_s
         return (await run(None, stop_at, self._endpoint, reason or "", wait_s)).answer
@@ -76,7 +76,7 @@ class Rig(AsyncCalls):
         on_expiry: Union[int, str, None] = None,
         take: Optional[str] = None,
     ) -> AsyncIterator[access_pb2.Lease]:
-        """As Rig.lease() of the synchronous client: renewed by a process of its own, whatever the event loop does."""
+        """Lease as Rig.lease() of the synchronous client: renewed by a separate process, whatever the event loop does."""
         run = asyncio.get_running_loop().run_in_executor
         renewal = Renewal(self._endpoint, self._timeout_s)
         try:
@@ -105,7 +105,7 @@ class Rig(AsyncCalls):
         latency_s: float = 0.1,
         queue_s: float = 4.0,
     ) -> AsyncTelemetry:
-        """As Rig.telemetry() of the synchronous client."""
+        """Telemetry as Rig.telemetry() of the synchronous client."""
         rate_hz = (await self.get_rig_info()).loop_rate_hz
         request = _telemetry_request.of(list(groups), rate_hz, hz, latency_s, queue_s)
         return AsyncTelemetry(self.subscribe(**request))
@@ -151,7 +151,7 @@ class Rig(AsyncCalls):
 async def connect(
     address: Optional[str] = None, *, timeout_s: float = 5.0, certificates: Optional[str] = None, lease_token: Optional[str] = None
 ) -> Rig:
-    """As hapticd.connect()."""
+    """Connects as hapticd.connect()."""
     endpoint = Endpoint.of(address, certificates)
     channel = endpoint.open_aio()
     rig = Rig(endpoint, channel, timeout_s, lease_token if lease_token is not None else os.environ.get("HAPTICD_LEASE", ""))

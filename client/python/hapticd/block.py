@@ -11,7 +11,7 @@ from hapticd import _plot
 from hapticd.errors import BadArgument, MissingPackage
 from hapticd.v1 import telemetry_pb2
 
-#: Plotted where nothing is chosen.
+#: Plotted if nothing is chosen.
 _USUAL = (
     "contact_reaction_force_n",
     "control_hand_force_n",
@@ -56,7 +56,7 @@ class Block:
         return self.columns.names
 
     def unit(self, name: str) -> str:
-        """E.g. "N/mm"; "1" where it has none."""
+        """E.g. "N/mm"; "1" if it has none."""
         self._check(name)
         return self.columns.units[name]
 
@@ -85,7 +85,7 @@ class Block:
 
     @property
     def time_s(self) -> npt.NDArray[np.float64]:
-        """By the rig's clock, from the daemon's start."""
+        """Time by the rig's clock, from the daemon's start."""
         if "time_ns" in self:
             return np.asarray(self["time_ns"], dtype=np.float64) * 1e-9
         return np.asarray(self["time_s"], dtype=np.float64)

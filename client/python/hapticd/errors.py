@@ -35,10 +35,10 @@ class HapticdError(Exception):
         self.value = value
         self.limit = limit
         self.remedy = remedy
-        #: For programs: "LEASE_HELD", "OUT_OF_RANGE" …: ErrorReason of the contract without its prefix. Empty where the
+        #: For programs: "LEASE_HELD", "OUT_OF_RANGE" …: ErrorReason of the contract without its prefix. Empty if the
         #: daemon gave none.
         self.reason = reason
-        #: Name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty where no call was made.
+        #: Name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty if no call was made.
         self.code = code
         line = f"{where}: {what}" if where else what
         if value:
@@ -75,7 +75,7 @@ class Refused(HapticdError):
 
 
 class NotAllowed(Refused):
-    """This client may not do that: its identity or role, or another client controls the rig."""
+    """Refusal of what this client may not do: by its identity or role, or because another client controls the rig."""
 
 
 class LeaseLost(NotAllowed):
@@ -87,7 +87,7 @@ class Stopped(Refused):
 
 
 class Cancelled(HapticdError):
-    """This client ended the call itself."""
+    """End of a call that this client ended itself."""
 
 
 _CLASS_OF_REASON = {

@@ -24,7 +24,7 @@ class Event:
     time_s: float  #: by the rig's clock
     kind: str  #: "target", "fault", "annotation" …: RecordingEventKind of the contract
     text: str
-    by: str  #: identity of the client; empty where it was none
+    by: str  #: identity of the client; empty if it was none
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def _inflate(compression: str, data: bytes, size: int) -> bytes:
             "zstandard is not installed", where="open_recording", remedy="apt install python3-zstandard, or export the recording as HDF5"
         ) from None
     try:
-        # What the frame says of its own size would count, not max_output_size.
+        # The size that the frame states would count, not max_output_size.
         if zstandard.frame_content_size(data) not in (size, -1):
             raise struct.error("a chunk has another size than it says")
         inflated: bytes = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)

@@ -45,7 +45,8 @@ class Telemetry:
                 yield block
 
     def take(self, seconds: float) -> Block:
-        """So many seconds of samples from now on, by the rig's clock. Raises Unreachable where the stream ends before."""
+        """Takes so many seconds of samples from now on, by the rig's clock. Raises Unreachable if the stream ends
+        before."""
         return self.take_samples(max(1, round(seconds * self.sample_rate_hz)))
 
     def take_samples(self, count: int) -> Block:
@@ -72,7 +73,7 @@ class Telemetry:
 
 
 class AsyncTelemetry:
-    """The same for asyncio: `async for block in rig.telemetry(…)`."""
+    """Telemetry for asyncio: `async for block in rig.telemetry(…)`."""
 
     def __init__(self, stream: AsyncStream[telemetry_pb2.TelemetryBatch]) -> None:
         self._stream = stream

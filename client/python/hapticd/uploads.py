@@ -14,7 +14,7 @@ PIECE_BYTES = 256 * 1024
 
 
 def upload_pieces(path: Path, description: Mapping[str, Any]) -> Iterator[identification_pb2.UploadRecordingRequest]:
-    """What upload_recording() sends of a file. Raises BadFile where it cannot be read."""
+    """What upload_recording() sends of a file. Raises BadFile if it cannot be read."""
     described = build(identification_pb2.RecordingDescription, {"name": path.name, **description})
     try:
         file = path.open("rb")

@@ -78,7 +78,7 @@ struct Conditions {
   double tracker_mirrored = 0.0;      ///< 1: its frame is left-handed, x reversed
   double tracker_axes_swapped = 0.0;  ///< 1: it sends y, x, z
 
-  /// No tick and no sensor sample is late.
+  /// Makes every tick and every sensor sample even.
   void ticks_are_even() noexcept {
     late_tick_share = stall_interval_s = sensor_late_share = sensor_lost_share = 0.0;
   }

@@ -7,7 +7,7 @@
 
 namespace hapticd::sim {
 
-/// Which family of laws the simulated objects follow. Shapes, elastic curves and stiffness are the same.
+/// Family of laws that the simulated objects follow. Shapes, elastic curves and stiffness are the same.
 enum class Plant : std::uint8_t {
   kSeparable,  ///< relaxation in three exponentials, the same at every depth; friction like Dahl's
   kGeneral,    ///< power-law relaxation, depth- and rate-dependent, with hysteresis; Maxwell-slip friction

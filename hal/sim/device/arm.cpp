@@ -18,7 +18,7 @@ hal::DeviceAngles angles_of(const Arm& arm, const hal::Vector3& tip_mm,
   const double reach_mm = std::hypot(forward_mm, left_mm);
 
   const double base_rad = std::atan2(left_mm, forward_mm);
-  // Of the triangle of both links: the angle of the second from the perpendicular of the first.
+  // Triangle of both links: the angle of the second from the perpendicular of the first.
   const double sine = (reach_mm * reach_mm + up_mm * up_mm - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
   const double elbow_rad = std::asin(std::clamp(sine, -1.0, 1.0));
   const double first_rad =

@@ -31,7 +31,7 @@ class AxisDynamics {
   AxisDynamics() = default;
   AxisDynamics(const AxisParameters& parameters, double step_s);
 
-  /// The hand's pull towards its intended position counts as a force on the tip.
+  /// Advances by a step. The hand's pull towards its intended position counts as a force on the tip.
   AxisState advance(const AxisState& s, double motor_force_n, double tip_force_n) const noexcept {
     const std::array<double, 6> in{s.motor_mm,     s.motor_mm_per_s, s.tip_mm,
                                    s.tip_mm_per_s, motor_force_n,    tip_force_n};

@@ -21,7 +21,7 @@ class HiddenArm {
   /// Moves the gimbal's play along.
   hal::DeviceAngles counted(const hal::Vector3& tip_mm, const hal::Quaternion& orientation,
                             double step_rad) noexcept;
-  /// What the device makes of its angles.
+  /// Position that the device computes from its angles.
   hal::Vector3 reported_tip_mm(const hal::DeviceAngles& angles) const noexcept;
   hal::Quaternion reported_orientation(const hal::DeviceAngles& angles) const noexcept;
 
@@ -38,7 +38,7 @@ class HiddenArm {
   double ripple_rad_ = 0.0;
   double half_play_rad_ = 0.0;
   double sag_mm_ = 0.0;
-  std::array<double, 3> held_rad_{};  ///< by the play: what the potentiometers stand at
+  std::array<double, 3> held_rad_{};  ///< readings of the potentiometers, with their play
   bool holds_ = false;
   bool exact_ = true;
 };

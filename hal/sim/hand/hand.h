@@ -52,8 +52,8 @@ struct HandProgram {
   double acceleration_m_per_s2 = 20.0;  ///< dart
 };
 
-/// When a program is over and the tool free again, counted from its start; an upper bound as far as it
-/// depends on what is touched. Infinite where it never ends by itself. A program that has only a posture to
+/// Time at which a program is over and the tool free again, counted from its start; an upper bound as far as
+/// it depends on what is touched. Infinite if it never ends by itself. A program that has only a posture to
 /// keep (rest, sway, weight, shake) is over when the hand has come home.
 double planned_duration_s(const HandProgram& program);
 

@@ -21,9 +21,9 @@ struct FrictionParameters {
 /// follow the exact solution of the LuGre equation over a step of constant velocity. Stable for any step.
 ///
 /// The level the bristles tend to ripples with the way s slipped since contact, 1 + share · sin(2π
-/// s/wavelength); bending is no slipping, so a tip that only vibrates stays where it is on the ripple. A step
-/// takes the level of the middle of its slip: second order in slip / wavelength, and dissipative, for a LuGre
-/// bristle dissipates at any positive level.
+/// s/wavelength); bending is not slipping, so a tip that only vibrates stays where it is on the ripple. A
+/// step takes the level of the middle of its slip: second order in slip / wavelength, and dissipative, for a
+/// LuGre bristle dissipates at any positive level.
 class Friction {
  public:
   Friction() = default;
@@ -35,7 +35,7 @@ class Friction {
   /// the motion.
   hal::Vector3 advance(const hal::Vector3& free_slide_mm, double compliance_mm_per_n,
                        double mean_normal_n) noexcept;
-  /// Out of contact: the bristles are straight again and the path begins again.
+  /// Ends the contact: the bristles are straight again and the path begins again.
   void release() noexcept {
     bend_ = {};
     slipped_mm_ = 0.0;

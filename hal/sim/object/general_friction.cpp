@@ -14,7 +14,7 @@ double length(const Vector3& v) noexcept {
   return std::sqrt(dot(v, v));
 }
 
-/// Nearest force within a limit.
+/// Force nearest to the given one within a limit.
 Vector3 within(const Vector3& force_n, double limit_n) noexcept {
   const double squared = dot(force_n, force_n);
   return squared <= limit_n * limit_n ? force_n : force_n * (limit_n / std::sqrt(squared));

@@ -22,7 +22,7 @@ struct GeneralFrictionParameters {
   double reference_speed_mm_per_s = 50.0;
   double stribeck_shape = 0.7;      ///< static excess ~ exp(-(v/v_s)^this)
   double growth_per_decade = 0.05;  ///< of the kinetic level with the speed
-  /// From a recorded reciprocating contact at 5 N, whose branches are straight to 0.85 of twice the
+  /// Elements from a recorded reciprocating contact at 5 N, whose branches are straight to 0.85 of twice the
   /// presliding length and level at 1.3: much sharper than an exponential.
   std::array<FrictionElement, 5> elements{
       {{0.30, 0.87}, {0.35, 0.96}, {0.20, 1.05}, {0.10, 1.19}, {0.05, 1.48}}};
@@ -41,7 +41,7 @@ class MaxwellSlipFriction {
   MaxwellSlipFriction(const FrictionParameters& level, const GeneralFrictionParameters& shape,
                       double step_s) noexcept;
 
-  /// As Friction::advance().
+  /// Advances as Friction::advance().
   hal::Vector3 advance(const hal::Vector3& free_slide_mm, double compliance_mm_per_n,
                        double mean_normal_n) noexcept;
   void release() noexcept;
@@ -51,7 +51,7 @@ class MaxwellSlipFriction {
   double level_n(double normal_n, double speed_mm_per_s) const noexcept;
   /// Level over stiffness at a load, mm.
   double presliding_mm(double normal_n) const noexcept;
-  /// Held in the springs, N·mm.
+  /// Energy held in the springs, N·mm.
   double stored_n_mm() const noexcept;
 
  private:

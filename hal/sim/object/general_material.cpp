@@ -23,7 +23,7 @@ double mode_stiffness(double power, std::size_t i) noexcept {
   return kLogRatio * std::pow(mode_time_s(i), -power) / std::tgamma(power);
 }
 
-/// The integral beyond the slowest mode's share of it, where nothing has faded yet.
+/// Integral beyond the slowest mode's share of it, as long as nothing has faded yet.
 double beyond_the_slowest(double power) noexcept {
   const double from_s = mode_time_s(GeneralMaterial::kModes - 1) * std::sqrt(kTimeRatio);
   return std::pow(from_s, -power) / (power * std::tgamma(power));
@@ -138,7 +138,7 @@ double GeneralMaterial::mean_settled(double to_u, double& slope) const noexcept 
          p.quadratic * (from_u * from_u + from_u * to_u + to_u * to_u) / 3.0 + p.densifying * dense;
 }
 
-// The skin's energy is k d x² / (x + d): steep at first, then a constant force of its own.
+// The skin's energy is k d x² / (x + d): steep at first, then a constant force.
 double GeneralMaterial::skin_n(double mm, double& slope) const noexcept {
   const double d = shape_.skin_depth_mm;
   const double at = mm + d;

@@ -34,13 +34,13 @@ struct GeneralMaterialParameters {
 ///            from 1 ms to 1000 s. All times grow with depth: dense matter is slower
 ///   pores    a Maxwell element whose flow resists by τ v (1 + |v|/v_f): stiffens faster than the rate grows
 ///   slips    Maxwell-slip elements with limits in proportion to strain: hysteresis whatever the rate, closed
-///            at zero, so that it leaves no dent of its own
+///            at zero, so that it leaves no dent
 ///   skin     stiffness and viscosity, as in the separable law
 ///
 /// One step solves tip and matter together and implicitly. Each part takes in the exact work of the step
-/// (discrete gradients; Maxwell elements by the trapezoid, damped where their time is short against the
-/// step), so no path and no step creates energy. Second order where the step is below twice each element's
-/// time. Cost: a few operations per element and step; one scalar equation as in the separable law.
+/// (discrete gradients; Maxwell elements by the trapezoid, damped if their time is short against the step),
+/// so no path and no step creates energy. Second order if the step is below twice each element's time. Cost:
+/// a few operations per element and step; one scalar equation as in the separable law.
 class GeneralMaterial {
  public:
   using Step = Material::Step;
@@ -50,15 +50,15 @@ class GeneralMaterial {
   /// Scaled so that the secant at 4 N, loaded at 0.5 N/s, is `stiffness_at_4n_n_per_mm`: by loading it.
   GeneralMaterial(const MaterialParameters& shape, const GeneralMaterialParameters& memory, double step_s);
 
-  /// As Material::advance().
+  /// Advances as Material::advance().
   Step advance(double free_depth_mm, double compliance_mm_per_n) noexcept;
 
   double depression_mm() const noexcept { return depth_mm_; }
-  /// What is left at this depth when the step's modes have faded, without hysteresis.
+  /// Force that is left at this depth when the step's modes have faded, without hysteresis.
   double settled_force_n(double depth_mm) const noexcept;
-  /// Held in springs, N·mm. Never grows by more than the work done on the matter.
+  /// Energy held in springs, N·mm. Never grows by more than the work done on the matter.
   double stored_n_mm() const noexcept;
-  /// Σ of the modes a time after a step of strain, over `fading_share`: what stands for t^-power.
+  /// Sum of the modes a time after a step of strain, over `fading_share`: it approximates t^-power.
   static double fading_kernel(double power, double time_s);
 
  private:
@@ -108,7 +108,7 @@ class GeneralMaterial {
   double pore_stretch_ = 0.0;
   std::array<double, 3> slip_stretch_{};
 
-  // Of the step under way: memory of modes is linear in the change of strain.
+  // Values of the step under way: memory of modes is linear in the change of strain.
   std::array<double, kModes> rate_{};    ///< share of the middle's stretch that fades within the step
   std::array<double, kModes> weight_{};  ///< θ of the step: ½, more where the mode is faster than the step
   Answer modes_mean_;

@@ -9,10 +9,10 @@
 
 namespace hapticd::sim {
 
-/// What the general family adds to the preset of this name.
+/// Parameters that the general family adds to the preset of this name.
 GeneralMaterialParameters general_material_of(const std::string& object);
 
-/// What a family assumes, for the rig's information.
+/// Assumptions of a family, for the rig's information.
 std::vector<hal::UncertainParameter> uncertain_of(Plant plant);
 
 }  // namespace hapticd::sim

@@ -5,9 +5,9 @@
 
 namespace hapticd::sim {
 
-/// Where something increasing becomes zero between bounds: Newton's method, and halving where it would leave
-/// them. To 1e-11 (mm), in 30 evaluations at most; `steepness` is asked right after `value` at the same
-/// place.
+/// Place between bounds at which something increasing becomes zero: Newton's method, and halving where it
+/// would leave them. To 1e-11 (mm), in 30 evaluations at most; `steepness` is asked right after `value` at
+/// the same place.
 template <class Value, class Steepness>
 double monotone_root(const Value& value, const Steepness& steepness, double start, double low, double high) {
   constexpr double kTolerance = 1e-11;

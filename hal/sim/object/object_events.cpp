@@ -19,7 +19,7 @@ constexpr const char* kWhere = "object of a simulated rig";
 // force that is left: 10 N·s/m.
 constexpr double kSlidingMmPerSPerN = 100.0;
 
-/// About y: from x towards -z for a positive angle.
+/// Turns a vector about y: from x towards -z for a positive angle.
 Vector3 turned(const Vector3& v, double rad) noexcept {
   const double c = std::cos(rad);
   const double s = std::sin(rad);
@@ -82,7 +82,7 @@ void ObjectPose::begin(const ObjectEvent& event) noexcept {
     case ObjectEvent::Kind::kVanish:
       present_ = false;
       break;
-    case ObjectEvent::Kind::kReturn:  // decided by who knows where the tip is
+    case ObjectEvent::Kind::kReturn:  // decided by the caller, which knows where the tip is
       break;
     case ObjectEvent::Kind::kMove:
       if (event.duration_s <= 0.0) {

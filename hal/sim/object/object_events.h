@@ -27,12 +27,13 @@ struct ObjectEvent {
   double duration_s = 0.0;
 };
 
-/// What is wrong with an event; nothing where it can happen.
+/// Checks an event; nothing if it can happen.
 std::optional<hal::Error> check(const ObjectEvent& event);
 
 /// How an object is held on the table, and where it ends.
 struct ObjectHold {
-  /// It ends at a plane x = edge_mm of its own frame; what lies beyond is air. None: it goes on for ever.
+  /// Edge of the object: it ends at a plane x = edge_mm of the object's frame; what lies beyond is air. None:
+  /// it goes on for ever.
   std::optional<double> edge_mm{};
   double edge_round_mm = 1.5;  ///< over which its stiffness falls to nothing at the edge
   /// Friction on the table: pushed along it by more, it slides. 0 = held fast.
@@ -44,7 +45,7 @@ std::optional<hal::Error> check(const ObjectHold& hold);
 /// Events on their way to the clock's thread. One thread at a time adds, the clock's takes. Wait-free.
 class ObjectEventQueue {
  public:
-  bool push(const ObjectEvent& event) noexcept;  ///< false where it is full
+  bool push(const ObjectEvent& event) noexcept;  ///< false if it is full
   bool pop(ObjectEvent& event) noexcept;
 
  private:
@@ -54,13 +55,13 @@ class ObjectEventQueue {
   std::atomic<std::size_t> popped_{0};
 };
 
-/// Where an object is, and whether it still is. Moved along by the simulation step by step.
+/// Place of an object, and whether it is still there. Moved along by the simulation step by step.
 class ObjectPose {
  public:
   ObjectPose() = default;
   ObjectPose(const ObjectHold& hold, double step_s) noexcept : hold_(hold), step_s_(step_s) {}
 
-  /// False where nothing ever moved it and it has no edge: then the object's frame is the rig's.
+  /// False if nothing ever moved it and it has no edge: then the object's frame is the rig's.
   bool displaced() const noexcept { return displaced_ || hold_.edge_mm || hold_.slides_above_n > 0.0; }
   bool present() const noexcept { return present_; }
   void set_present(bool present) noexcept {
@@ -68,15 +69,15 @@ class ObjectPose {
     displaced_ = true;
   }
   void begin(const ObjectEvent& event) noexcept;
-  /// One step on. `pushed_n`: force of the tip on the object along the table.
+  /// Advances by one step. `pushed_n`: force of the tip on the object along the table.
   void advance(const hal::Vector3& pushed_n) noexcept;
 
   hal::Vector3 to_object(const hal::Vector3& rig_mm) const noexcept;
   hal::Vector3 to_rig(const hal::Vector3& object_mm) const noexcept;
   hal::Vector3 direction_to_rig(const hal::Vector3& in_object) const noexcept;
-  /// Of the place `rig_mm`, over the last step.
+  /// Motion of the place `rig_mm`, over the last step.
   hal::Vector3 moved_mm(const hal::Vector3& rig_mm) const noexcept;
-  /// Share of the object's matter that is there under a point of its own frame: 1, 0 beyond the edge.
+  /// Share of the object's matter that is there under a point of the object's frame: 1, 0 beyond the edge.
   double share_at(const hal::Vector3& object_mm) const noexcept;
   const hal::Vector3& offset_mm() const noexcept { return offset_mm_; }
 
@@ -98,8 +99,8 @@ class ObjectPose {
 /// The events of a run, in their order; bounded.
 class ObjectSchedule {
  public:
-  bool add(const ObjectEvent& event) noexcept;  ///< false where it is full
-  /// Those due by now, one after the other.
+  bool add(const ObjectEvent& event) noexcept;  ///< false if it is full
+  /// Takes the next event that is due by now; false when there is none.
   bool due(double time_s, ObjectEvent& event) noexcept;
   bool empty() const noexcept { return count_ == 0; }
 

@@ -86,9 +86,9 @@ std::vector<ObjectModel> make_presets() {
   add("sticky_gel", Plane{}, gel, on_gel, over_silicone);
   add("foam_ridge", Ridge{3.0}, foam_ball_3d, on_foam, over_foam);
 
-  // The breast phantoms of D§5: without a tumour, with the hard and with the soft one. Their matter is a body
-  // of its own (phantom_body.h); what `material` says of them is not used. The ball that presses them touches
-  // a sphere of both radii.
+  // The breast phantoms of D§5: without a tumour, with the hard and with the soft one. Their matter is a
+  // separate body (phantom_body.h); what `material` says of them is not used. The ball that presses them
+  // touches a sphere of both radii.
   const Sphere phantom{PhantomParameters::kRadiusMm + PhantomParameters::kTipRadiusMm};
   const auto add_phantom = [&](const char* name, std::optional<PhantomInclusion> inclusion) {
     add(name, phantom, silicone_rest, on_silicone, over_silicone);

@@ -37,7 +37,7 @@ struct ObjectModel {
   GeneralMaterialParameters general_material{};
   GeneralFrictionParameters general_friction{};  ///< with either tip
 
-  /// Matter of its own in place of the laws of both families; its surface rubs as theirs.
+  /// Separate matter in place of the laws of both families; its surface rubs as theirs.
   std::optional<PhantomParameters> phantom{};
 
   double stiffness_scale(const hal::Vector3& surface_point_mm) const noexcept;

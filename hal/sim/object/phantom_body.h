@@ -29,7 +29,7 @@ struct PhantomParameters {
   std::optional<PhantomInclusion> inclusion{};
 
   static constexpr double kMaxAsideMm = 25.0;
-  /// Where the tip touches straight over the inclusion; z is not used. Needs an inclusion.
+  /// Puts the inclusion straight below a tip that touches at `aside_mm`; z is not used. Needs an inclusion.
   std::optional<hal::Error> put_inclusion(const hal::Vector3& aside_mm);
 };
 
@@ -46,11 +46,11 @@ class PhantomBody {
     double depth_mm = 0.0;
     hal::Vector3 inclusion_mm;  ///< movement of the sphere
   };
-  /// One step: `free_mm`, where the tip would be without contact, in the object's frame;
+  /// Advances by one step: `free_mm`, where the tip would be without contact, in the object's frame;
   /// `compliance_mm_per_n`: how far a newton throughout the step holds it back.
   Step advance(const hal::Vector3& free_mm, double compliance_mm_per_n) noexcept;
 
-  /// Without relaxation and friction.
+  /// Force without relaxation and friction.
   hal::Vector3 elastic_force_n(const hal::Vector3& tip_mm) const noexcept;
   double energy_n_mm(const hal::Vector3& tip_mm) const noexcept;
   hal::Vector3 inclusion_mm(const hal::Vector3& tip_mm) const noexcept;

@@ -19,7 +19,7 @@ struct ExternalInstrumentModel {
   std::vector<hal::UncertainParameter> uncertain() const;
 };
 
-/// Readings of such an instrument. Has a random stream of its own: nothing else changes for being watched.
+/// Readings of such an instrument. Has its own random stream: nothing else changes for being watched.
 class ExternalInstrument {
  public:
   ExternalInstrument(const ExternalInstrumentModel& model, std::uint64_t seed)

@@ -98,7 +98,7 @@ void Nano17::read(hal::RigSample& sample, const Arrival& arrival) noexcept {
   mean_.take(sample);
   const std::int64_t now_ns = made_ * step_ns_ + arrival.beyond_ns;
   if (sample.force_count > 0) {
-    // Without a time stamp of its own a sample counts as new when it arrives.
+    // A sample without a time stamp counts as new when it arrives.
     newest_ns_ = delay_reported_ || waiting_.empty() ? arrived_ * step_ns_ : now_ns;
     mean_ns_ = newest_ns_ - (sample.force_count - 1) * step_ns_ / 2;
   }

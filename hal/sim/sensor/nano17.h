@@ -21,10 +21,10 @@ class Nano17 {
   Nano17(double tool_mass_kg, std::uint64_t seed, const Conditions& conditions = {}, double step_s = 1e-4,
          bool samples_wait = false);
 
-  /// One 10 kHz sample of the true load on the sensor, tool frame.
+  /// Measures one 10 kHz sample of the true load on the sensor, tool frame.
   void measure(const hal::Vector3& force_n) noexcept;
-  /// The same with a torque about the sensor's origin of its own [N·mm] and channels of its own that measure
-  /// it, instead of the torque that the force makes at the tip.
+  /// Measures with a torque about the sensor's origin [N·mm] and separate channels for it, instead of the
+  /// torque that the force makes at the tip.
   void measure(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) noexcept;
 
   const hal::SensorInfo& info() const noexcept { return info_; }
@@ -36,9 +36,9 @@ class Nano17 {
   };
   void read(hal::RigSample& sample, const Arrival& arrival) noexcept;
   void read(hal::RigSample& sample) noexcept { read(sample, Arrival{}); }
-  /// What it reads of nothing; from now on that is zero.
+  /// Takes what it reads without load; from now on that is zero.
   void bias(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) noexcept;
-  /// Known load taken as zero, as a bias with the tool at rest, but without its noise.
+  /// Takes a known load as zero, as a bias with the tool at rest, but without its noise.
   void bias_at(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm = {}) noexcept {
     bias_n_ = zero_.crossed(force_n);
     torque_bias_n_mm_ = torque_n_mm;
@@ -53,7 +53,7 @@ class Nano17 {
   };
   hal::Vector3 reading_n(const hal::Vector3& force_n) noexcept;
   void send(const Reading& reading) noexcept;
-  /// Those that have arrived go into the mean.
+  /// Adds the readings that have arrived to the mean.
   void deliver(const Arrival& arrival) noexcept;
 
   hal::SensorInfo info_;
@@ -61,7 +61,7 @@ class Nano17 {
   std::int64_t step_ns_;
   std::int64_t delay_ns_;
   bool delay_reported_;
-  std::vector<Reading> waiting_;  ///< ring of samples on their way; empty where none is ever late
+  std::vector<Reading> waiting_;  ///< ring of samples on their way; empty if none is ever late
   std::int64_t made_ = 0;         ///< samples so far
   std::int64_t arrived_ = 0;      ///< those that are no longer on their way
   // What the ages count from, on the rig's clock.

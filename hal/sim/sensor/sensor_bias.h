@@ -20,7 +20,8 @@ class SensorBias {
     return number != 0 && request_.await(number, timeout);
   }
 
-  /// Each reading passes here; it gets the serial number of its zero. The rig starts with a first bias.
+  /// Follows the zero: each reading passes here and gets the serial number of its zero. The rig starts with a
+  /// first bias.
   void follow(hal::RigSample& sample, std::int64_t now_ns, Nano17& sensor) noexcept {
     const std::uint64_t wanted = request_.wanted();
     sample.bias_serial = 1 + static_cast<std::uint32_t>(request_.count());

@@ -10,18 +10,18 @@
 namespace hapticd::sim {
 
 /// What lies between the load on the sensor and an ideal reading of it: cross-talk, a zero that drifts and
-/// jumps, a bias taken under load. Has a random stream of its own.
+/// jumps, a bias taken under load. Has its own random stream.
 class SensorZero {
  public:
   SensorZero(const Conditions& conditions, std::uint64_t seed, double step_s) noexcept;
 
-  /// Whether there is anything to do.
+  /// True if there is anything to do.
   bool active() const noexcept { return active_; }
-  /// What the load reads as, without the zero's movement; also what a bias takes away.
+  /// Reading of a load, without the zero's movement; also what a bias takes away.
   hal::Vector3 crossed(const hal::Vector3& load_n) const noexcept;
-  /// One sample further: the zero moves on.
+  /// Advances by one sample: the zero moves on.
   void advance() noexcept;
-  /// By which every reading is off now.
+  /// Error of every reading now.
   const hal::Vector3& offset_n() const noexcept { return offset_n_; }
 
  private:

@@ -20,7 +20,7 @@ struct TrackerPose {
   bool has_orientation = true;
 };
 
-/// Where things are in truth.
+/// True places of things.
 struct TrackerTruth {
   hal::Vector3 tracker_from_rig_mm;  ///< translation
   hal::Quaternion tracker_from_rig;
@@ -29,8 +29,8 @@ struct TrackerTruth {
 };
 
 /// A visual system: sees a marker on the tool a few times a second, late, with noise, now and then not at all
-/// or somewhere else. Where it stands and how the marker is fixed is drawn by the seed. Has a random stream
-/// of its own: nothing else changes for being watched.
+/// or somewhere else. Its place and how the marker is fixed are drawn by the seed. Has its own random stream:
+/// nothing else changes for being watched.
 class SimulatedTracker {
  public:
   SimulatedTracker(const Conditions& conditions, std::uint64_t seed) noexcept;
@@ -38,9 +38,9 @@ class SimulatedTracker {
   bool there() const noexcept { return c_.tracker_rate_hz > 0.0; }
   const TrackerTruth& truth() const noexcept { return truth_; }
 
-  /// The clock's thread, at every tick: the true pose of the tip at a time of the rig's.
+  /// Observes the true pose of the tip at a time of the rig's; for the clock's thread, at every tick.
   void observe(std::int64_t time_ns, const hal::Vector3& tip_mm, const hal::Quaternion& orientation) noexcept;
-  /// The next pose it sent. One other thread.
+  /// Takes the next pose it sent; for one other thread.
   bool take(TrackerPose& pose) noexcept;
 
  private:

@@ -26,9 +26,9 @@ struct ArmFitSettings {
   FitMethod method = FitMethod::kArm;
   double earliest_s = -0.1;  ///< of the offset of the tracker's stamps, for the start
   double latest_s = 0.5;
-  bool clock_drifts = false;  ///< the tracker has a clock of its own: estimate how much faster it runs
-  /// From the marker to the tip, marker frame, where a pivot found it; its covariance. Without, the tip is
-  /// where the device has it.
+  bool clock_drifts = false;  ///< the tracker has its own clock: estimate how much faster it runs
+  /// Vector from the marker to the tip, marker frame, if a pivot found it; its covariance. Without, the tip
+  /// is where the device has it.
   std::optional<Eigen::Vector3d> tip_in_marker_mm{};
   Eigen::Matrix3d tip_covariance_mm2 = Eigen::Matrix3d::Zero();
 };
@@ -62,7 +62,7 @@ struct ArmFit {
   double predicted_95_mm = 0.0;
   double predicted_rms_mm = 0.0;
   double predicted_orientation_rad = 0.0;
-  /// By block of time: offset of the stamps from the latency that was found, s; nan where nothing moved.
+  /// Blocks of time: offset of the stamps from the latency that was found, s; nan if nothing moved.
   std::vector<double> block_begin_s;
   std::vector<double> block_offset_s;
   std::vector<double> block_offset_sd_s;

@@ -166,7 +166,7 @@ class Solver {
     return right;
   }
 
-  /// With the weights as they are: what one step is to make smaller.
+  /// Cost with the weights as they are: what one step is to make smaller.
   double cost_of(const ArmState& state) const {
     double cost = 0.0;
     for (const FitRow& row : solved_.rows) {

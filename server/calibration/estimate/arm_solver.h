@@ -27,7 +27,7 @@ struct Solved {
   int rounds = 0;
 };
 
-/// From a start that is near.
+/// Solves from a start that is near.
 Solved solve_arm(const RigStream& rig, const std::vector<const ReferencePose*>& seen, const ArmState& start,
                  const std::array<bool, unknown::kCount>& active);
 

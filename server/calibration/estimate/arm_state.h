@@ -45,17 +45,17 @@ struct ArmState {
 RigidTransform tool_pose(const ArmState& state, const RigPose& pose);
 
 /// What is seen minus what the state says: position mm, then the turn in the marker's frame, rad (zero
-/// without orientation). Nothing where the rig has no pose then.
+/// without orientation). Nothing if the rig has no pose then.
 using PoseResidual = Eigen::Matrix<double, 6, 1>;
 std::optional<PoseResidual> residual_of(const ArmState& state, const RigStream& rig,
                                         const ReferencePose& seen);
 
-/// The same with the tip's place in the first three: where the marker says the tip is, minus where the state
+/// Residual with the tip's place in the first three: where the marker says the tip is, minus where the state
 /// has it, `tip_offset_mm` from the wrist. Without orientation: the marker's place.
 std::optional<PoseResidual> target_residual_of(const ArmState& state, const RigStream& rig,
                                                const ReferencePose& seen);
 
-/// Which unknowns a method moves.
+/// Unknowns that a method moves.
 std::array<bool, unknown::kCount> active_unknowns(FitMethod method, AngleUse use, bool has_orientation,
                                                   bool clock_drifts);
 

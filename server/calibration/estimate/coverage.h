@@ -28,7 +28,7 @@ struct CoverageItem {
   bool enough() const { return value >= required; }
 };
 
-/// What a calibration needs of the motion, most wanted first where it is not enough. Between the 2nd and the
+/// What a calibration needs of the motion, most wanted first if it is not enough. Between the 2nd and the
 /// 98th hundredth, so that one outlier covers nothing.
 std::vector<CoverageItem> coverage_of(CalibrationKind kind, const RigStream& rig,
                                       const std::vector<ReferencePose>& reference);

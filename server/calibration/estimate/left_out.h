@@ -26,7 +26,7 @@ std::vector<int> groups_by_place(const ArmState& state, const RigStream& rig,
 /// from pose to pose and errors of an arm do not: the covariance of neighbours is the errors' alone.
 LeftOut leave_out(const Solved& solved, const RigStream& rig, const std::vector<int>& groups);
 
-/// By how much more whole seconds of residuals agree than independent ones would, ≥ 1: a factor on the
+/// Factor, ≥ 1, by which whole seconds of residuals agree more than independent ones would: a factor on the
 /// covariance of the parameters (after Liang and Zeger 1986).
 double agreement(const Solved& solved);
 

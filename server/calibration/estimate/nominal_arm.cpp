@@ -35,7 +35,8 @@ double position_rms_mm(const ArmModel& arm, const std::vector<RigPose>& poses) {
   return std::sqrt(sum / static_cast<double>(poses.size()));
 }
 
-/// Linear in l1 R, l2 R, the tip's offset and the base's place, were they free of each other.
+/// Starts with what is linear in l1 R, l2 R, the tip's offset and the base's place, were they free of each
+/// other.
 bool start(ArmModel& arm, const std::vector<RigPose>& poses, double& condition) {
   MatrixXd rows(static_cast<Eigen::Index>(3 * poses.size()), 24);
   VectorXd right(rows.rows());
@@ -96,7 +97,7 @@ VectorXd position_residuals(const ArmModel& arm, const std::vector<RigPose>& pos
   return r;
 }
 
-/// Newton's steps with a little damping; the start is near.
+/// Refines by Newton's steps with a little damping; the start is near.
 void refine(ArmModel& arm, const std::vector<RigPose>& poses) {
   double damping = 1e-6;
   VectorXd r = position_residuals(arm, poses);
@@ -130,7 +131,7 @@ void refine(ArmModel& arm, const std::vector<RigPose>& poses) {
   }
 }
 
-/// For given zeros of the gimbal: what is left between gimbal and tool, and by how much it varies.
+/// Variation of what is left between gimbal and tool, for given zeros of the gimbal.
 double gimbal_rms_rad(ArmModel& arm, const std::vector<RigPose>& poses) {
   arm.gimbal_to_tool = Quaterniond::Identity();
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();

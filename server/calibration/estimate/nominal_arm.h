@@ -15,11 +15,11 @@ struct NominalArm {
   double condition = 0.0;  ///< smallest over largest singular value of the start: how well it is determined
 };
 
-/// Finds it from what the device reports: its own positions and orientations are a function of its own
-/// angles, whatever their zeros and signs. Position: base, link lengths, signs and zeros of joints 2 and 3;
-/// zero of joint 1 is the base's. Orientation: signs of the gimbal's angles and zeros of the first two, if it
-/// turns about the second link, across, and along the tool. Where they are not such a function, `use` says so
-/// and the reported poses have to serve. At least 50 poses.
+/// Finds the arm from what the device reports: its positions and orientations are a function of its angles,
+/// whatever their zeros and signs. Position: base, link lengths, signs and zeros of joints 2 and 3; zero of
+/// joint 1 is the base's. Orientation: signs of the gimbal's angles and zeros of the first two, if it turns
+/// about the second link, across, and along the tool. If they are not such a function, `use` says so and the
+/// reported poses have to serve. At least 50 poses.
 NominalArm find_nominal_arm(const std::vector<RigPose>& poses);
 
 }  // namespace hapticd::calibration

@@ -9,10 +9,10 @@
 
 namespace hapticd::calibration {
 
-/// Where the tip is on the marker's body.
+/// Place of the tip on the marker's body.
 struct PivotFit {
   Eigen::Vector3d tip_in_marker_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< where the tip stood, tracker's frame
+  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< place of the tip, tracker's frame
   Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
   double residual_rms_mm = 0.0;  ///< says nothing about the error of the tip
   double tilt_deg =
@@ -21,10 +21,10 @@ struct PivotFit {
   std::size_t outliers = 0;
 };
 
-/// The tip stands in a hollow while the tool turns about it: rotation · tip + position = pivot for every
-/// pose. Linear least squares with Tukey's weights; the covariance grows with how much whole seconds agree.
-/// Refuses fewer than 40 poses, poses without orientation, a tool that turned too little (standard error
-/// above 0.5 mm) and a tip that slid.
+/// Finds the tip on the marker's body; the tip rests in a hollow while the tool turns about it: rotation ·
+/// tip + position = pivot for every pose. Linear least squares with Tukey's weights; the covariance grows
+/// with how much whole seconds agree. Refuses fewer than 40 poses, poses without orientation, a tool that
+/// turned too little (standard error above 0.5 mm) and a tip that slid.
 hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& reference);
 
 }  // namespace hapticd::calibration

@@ -7,7 +7,7 @@
 
 namespace hapticd::calibration {
 
-/// What is wrong with poses that were pushed.
+/// Refusal of poses that were pushed.
 inline hal::Error poses_refusal(std::string what, std::string value, std::string limit, std::string remedy) {
   return {std::move(what), "reference poses", std::move(value), std::move(limit), std::move(remedy)};
 }

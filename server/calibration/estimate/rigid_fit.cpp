@@ -30,7 +30,7 @@ std::vector<double> residuals_mm(const std::vector<MarkerPair>& pairs, const Rig
   return r;
 }
 
-/// Rotation and scale for the marker, then the marker for them, in turn.
+/// Finds rotation and scale for the marker, then the marker for them, in turn.
 std::optional<RigidFit> alternate(const std::vector<MarkerPair>& pairs, const std::vector<double>& weights,
                                   bool with_scale, RigidFit fit, int rounds) {
   std::vector<Vector3d> from(pairs.size());

@@ -24,15 +24,15 @@ struct RigidFit {
   double median_residual_mm = 0.0;  ///< in the rig's millimetres
 };
 
-/// Points onto points, least squares with weights (Umeyama 1991); never a reflection. Nothing where the
-/// points lie on a line.
+/// Points onto points, least squares with weights (Umeyama 1991); never a reflection. Nothing if the points
+/// lie on a line.
 std::optional<RigidFit> umeyama(const std::vector<Eigen::Vector3d>& from,
                                 const std::vector<Eigen::Vector3d>& onto, const std::vector<double>& weights,
                                 bool with_scale);
 
-/// The same with an unknown place of the marker on the tool, against outliers: the best of random small
-/// samples (RANSAC), then all pairs with weights that fall with the residual. `mirrored`: x of what was seen
-/// is reversed first. Deterministic. At least 12 pairs.
+/// Fits with an unknown place of the marker on the tool, against outliers: the best of random small samples
+/// (RANSAC), then all pairs with weights that fall with the residual. `mirrored`: x of what was seen is
+/// reversed first. Deterministic. At least 12 pairs.
 std::optional<RigidFit> fit_rigid(const std::vector<MarkerPair>& pairs, bool mirrored, bool with_scale);
 
 }  // namespace hapticd::calibration

@@ -137,7 +137,7 @@ TurnRelation relate_turns(const RigStream& rig, const std::vector<ReferencePose>
   return relation;
 }
 
-/// A signed permutation near m, in words; empty where there is none.
+/// Names a signed permutation near m; empty if there is none.
 std::string in_words(const Matrix3d& m) {
   constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
   std::string words;

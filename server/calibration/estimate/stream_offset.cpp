@@ -79,7 +79,7 @@ std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<
                                         double from_s, double to_s) {
   const std::vector<Speed> speeds = marker_speeds(reference);
   const std::size_t stride = 1 + speeds.size() / 600;
-  // First as coarse as speeds of a hand allow, and of fewer speeds where there is much to search.
+  // Searches first as coarsely as speeds of a hand allow, and over fewer speeds if there is much to search.
   const std::size_t coarser = 1 + static_cast<std::size_t>((to_s - from_s) / kSpanWithAllSpeedsS);
   const std::size_t coarsest = std::max<std::size_t>(stride, speeds.size() / kFewestSpeeds);
   std::optional<StreamOffset> best;

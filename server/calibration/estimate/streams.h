@@ -18,7 +18,7 @@ struct RigPose {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
 };
 
-/// The same as a sample, for what takes samples.
+/// Pose as a sample, for functions that take samples.
 hal::RigSample sample_of(const RigPose& pose);
 
 /// What the tracker (or any visual system) measured: where its marker is, in its own frame.
@@ -34,7 +34,7 @@ inline constexpr std::size_t kMinReferencePoses = 40;
 /// The rig's poses in order of time, and between them.
 class RigStream {
  public:
-  /// False, and nothing kept, where the time does not go on or a number is none.
+  /// False, and nothing kept, if the time does not go on or a number is none.
   bool add(const RigPose& pose);
   std::size_t size() const { return poses_.size(); }
   const std::vector<RigPose>& poses() const { return poses_; }
@@ -45,7 +45,8 @@ class RigStream {
   std::optional<RigPose> at(double time_s) const;
   /// Speed of the reported tip there, mm/s.
   std::optional<double> speed_mm_per_s(double time_s) const;
-  /// Which way each gimbal angle moves there, -1 … 1: less than 1 in size below some degrees a second.
+  /// Direction in which each gimbal angle moves there, -1 … 1: less than 1 in size below some degrees a
+  /// second.
   Eigen::Vector3d gimbal_direction(double time_s) const;
 
   static constexpr double kMaxGapS = 0.02;

@@ -19,8 +19,8 @@ enum class Frame : std::uint8_t {
   kReference,  ///< that of the tracker (visual system) the rig was registered to
 };
 
-/// Where each parameter stands in ArmCalibration::covariance. Rotations are small turns, rad, about the axes
-/// of the frame they lead to.
+/// Place of each parameter in ArmCalibration::covariance. Rotations are small turns, rad, about the axes of
+/// the frame they lead to.
 namespace parameter {
 inline constexpr int kJointGain = 0;      ///< 3, 1
 inline constexpr int kJointOffset = 3;    ///< 3, rad
@@ -47,7 +47,7 @@ struct ArmCalibration {
   double tracker_latency_s = 0.0;  ///< by which the tracker's stamps are later than what they show
   double tracker_latency_sd_s = 0.0;
   ParameterCovariance covariance = ParameterCovariance::Zero();
-  /// What the parameters cannot explain (bending, play), as a covariance and a standard deviation of its own;
+  /// What the parameters cannot explain (bending, play), as a separate covariance and standard deviation;
   /// measured on motion that was left out. Rig frame.
   Eigen::Matrix3d misfit_mm2 = Eigen::Matrix3d::Zero();
   double orientation_misfit_rad = 0.0;
@@ -66,18 +66,18 @@ struct CorrectedPose {
   PoseSource source = PoseSource::kReported;
 };
 
-/// The tip's pose in the rig's frame. A sample that is no number gives a pose that is none.
+/// Pose of the tip in the rig's frame. A sample with NaN gives a pose with NaN.
 CorrectedPose correct(const ArmCalibration& calibration, const hal::RigSample& sample) noexcept;
 
-/// A pose of the rig's frame in another one.
+/// Pose of the rig's frame in another one.
 CorrectedPose in_frame(const ArmCalibration& calibration, const CorrectedPose& in_rig, Frame frame) noexcept;
 
 /// frame_from_rig.
 RigidTransform frame_from_rig(const ArmCalibration& calibration, Frame frame) noexcept;
 
 /// Covariance of the corrected tip's position in the axes of `frame`, mm²: of all parameters that matter
-/// there (those of the registration in the reference frame only), and the misfit. Of a calibration, not of
-/// noise: errors at poses near each other are alike.
+/// there (those of the registration in the reference frame only), and the misfit. It is that of a
+/// calibration, not of noise: errors at poses near each other are alike.
 Eigen::Matrix3d position_covariance_mm2(const ArmCalibration& calibration, const hal::RigSample& sample,
                                         Frame frame = Frame::kReference) noexcept;
 

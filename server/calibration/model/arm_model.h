@@ -42,13 +42,13 @@ struct ArmModel {
 /// The joints' angles q.
 Eigen::Vector3d joint_angles_rad(const ArmModel& arm, const hal::DeviceAngles& angles) noexcept;
 
-/// Where the gimbal's axes meet, rig frame.
+/// Point at which the gimbal's axes meet, rig frame.
 Eigen::Vector3d wrist_mm(const ArmModel& arm, const hal::DeviceAngles& angles) noexcept;
 
 /// Rotation of the second link, rig frame.
 Eigen::Quaterniond link_orientation(const ArmModel& arm, const hal::DeviceAngles& angles) noexcept;
 
-/// Tool coordinates into the rig's, by joints and gimbal.
+/// Rotation from tool coordinates into the rig's, by joints and gimbal.
 Eigen::Quaterniond tool_orientation(const ArmModel& arm, const hal::DeviceAngles& angles) noexcept;
 
 }  // namespace hapticd::calibration

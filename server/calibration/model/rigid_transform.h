@@ -29,7 +29,7 @@ struct RigidTransform {
 /// The rotation about a vector by its length, rad.
 inline Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn_rad) noexcept {
   const double half = 0.5 * turn_rad.norm();
-  // sin(h)/h to rounding error where h² vanishes against 1.
+  // sin(h)/h to rounding error if h² vanishes against 1.
   const double scale = half > 1e-8 ? 0.5 * std::sin(half) / half : 0.5;
   const Eigen::Vector3d axis = scale * turn_rad;
   return Eigen::Quaterniond(std::cos(half), axis.x(), axis.y(), axis.z()).normalized();

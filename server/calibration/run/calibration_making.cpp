@@ -29,8 +29,8 @@ std::string now_utc() {
   return text;
 }
 
-/// Of a recording nothing but the motion says how far the tracker's clock is off: its stamps are shifted to
-/// where both move alike. Not where they do as they are.
+/// Shifts the stamps of a tracker to where both move alike: of a recording nothing but the motion says how
+/// far its clock is off. Leaves them if they agree as they are.
 void bring_together(const calibration::RigStream& rig, std::vector<ReferencePose>& reference,
                     const calibration::ArmFitSettings& settings) {
   constexpr double kMoreAlike = 0.1;  // of the correlation: not the same offset again, found by fewer speeds

@@ -48,9 +48,9 @@ struct CalibrationReport {
   bool over() const { return state != CalibrationState::kRecording && state != CalibrationState::kFitting; }
 };
 
-/// Runs calibrations, one at a time, in a thread of its own: takes the rig's poses from the telemetry hub and
-/// the tracker's from the client that pushes them, tells what the motion lacks, fits and stores. The loop
-/// knows nothing of it. Any thread may call.
+/// Runs calibrations, one at a time, on its own thread: takes the rig's poses from the telemetry hub and the
+/// tracker's from the client that pushes them, reports what the motion lacks, fits and stores. The loop knows
+/// nothing of it. Any thread may call.
 class CalibrationRunner {
  public:
   static constexpr std::size_t kMaxPoses = 200'000;
@@ -62,8 +62,8 @@ class CalibrationRunner {
   CalibrationRunner& operator=(const CalibrationRunner&) = delete;
 
   Outcome<std::string> start(const CalibrationRequest& request);
-  /// Poses of the tracker, and of the rig where it is recorded. Refused where a number is none, there are too
-  /// many, or nothing runs that takes them.
+  /// Poses of the tracker, and of the rig if it is recorded. Refused if a number is none, there are too many,
+  /// or nothing runs that takes them.
   std::optional<Refusal> push(const std::vector<calibration::ReferencePose>& reference,
                               const std::vector<calibration::RigPose>& rig);
   /// Fits what there is, and waits until that is over.
@@ -95,7 +95,7 @@ class CalibrationRunner {
   CalibrationReport report_ GUARDED_BY(mutex_);      ///< of the one that runs, or the last one
   calibration::RigStream rig_ GUARDED_BY(mutex_);
   std::vector<calibration::ReferencePose> reference_ GUARDED_BY(mutex_);
-  /// Smallest so far: a clock of its own begins there.
+  /// Smallest difference so far: the tracker's clock begins there.
   double first_arrival_less_stamp_s_ GUARDED_BY(mutex_) = 0.0;
   std::uint64_t started_ GUARDED_BY(mutex_) = 0;
   bool running_ GUARDED_BY(mutex_) = false;  ///< or about to begin

@@ -19,7 +19,7 @@ constexpr const char* kAdopted = "adopted";
 /// Some times the size of the largest calibration.
 constexpr std::uintmax_t kMaxBytes = std::uintmax_t{8} << 20U;
 
-/// Empty for what is too large, or no file but a link or a device.
+/// Text of a file; empty for one that is too large, and for a link or a device.
 std::string text_of(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(fs::symlink_status(path, error)) || fs::file_size(path, error) > kMaxBytes)
@@ -52,7 +52,7 @@ CalibrationStore::CalibrationStore(std::string folder, std::string rig)
   }
 }
 
-// To a file of another name first: a crash leaves the old one or the new one.
+// Writes to a file of another name first: a crash leaves the old one or the new one.
 std::optional<Refusal> CalibrationStore::write(const std::string& name, const std::string& text) const {
   if (folder_.empty()) return std::nullopt;
   std::error_code error;

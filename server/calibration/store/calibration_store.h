@@ -22,16 +22,17 @@ class CalibrationStore {
 
   /// Gives it its hash, and keeps it.
   Outcome<StoredCalibration> keep(StoredCalibration calibration);
-  /// Newest first.
+  /// Lists them, newest first.
   std::vector<StoredCalibration> list() const;
-  /// By hash, or at least six of its first digits.
+  /// Finds a calibration by its hash, or at least six of its first digits.
   Outcome<StoredCalibration> find(const std::string& hash) const;
-  /// Empty: none any more. Refused: a tip calibration, which corrects nothing by itself; one of another rig.
+  /// Adopts a calibration; empty: none any more. Refused: a tip calibration, which corrects nothing by
+  /// itself; one of another rig.
   Outcome<std::string> adopt(const std::string& hash);
   std::optional<Refusal> remove(const std::string& hash);
   /// Hash of the one in use; empty = none.
   std::string adopted_hash() const;
-  /// For the code that corrects poses.
+  /// Calibration for the code that corrects poses.
   const calibration::AdoptedCalibration& adopted() const { return adopted_; }
 
  private:

@@ -34,7 +34,7 @@ struct StoredCalibration {
 
 const char* name_of(calibration::CalibrationKind kind) noexcept;
 
-/// JSON, its keys in a fixed order and every number exact; without the hash.
+/// Text in JSON, its keys in a fixed order and every number exact; without the hash.
 std::string calibration_text(const StoredCalibration& calibration);
 /// Reads it back, and gives it the hash of the text. An error names what is missing or no number.
 hal::Result<StoredCalibration> read_calibration(const std::string& text);

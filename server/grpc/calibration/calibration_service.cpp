@@ -37,7 +37,7 @@ grpc::Status CalibrationService::PushReferencePoses(grpc::ServerContext* context
     const auto rig = read_rig_poses(piece);
     if (!rig) return to_status(rig.refusal());
     if (auto refusal = runner_.push(*reference, *rig)) {
-      // The calibration was over before whoever pushes.
+      // The calibration was over before the client that pushes.
       if (refusal->kind == RefusalKind::kFailedPrecondition && poses + rig_poses > 0) break;
       return to_status(*refusal);
     }

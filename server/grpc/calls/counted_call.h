@@ -24,7 +24,7 @@ class CountedCall {
   CountedCall& operator=(const CountedCall&) = delete;
 
   bool admitted() const { return admitted_; }
-  /// The answer to a call that is not admitted: RESOURCE_EXHAUSTED with the limit. `what`: in the plural.
+  /// Answer to a call that is not admitted: RESOURCE_EXHAUSTED with the limit. `what`: in the plural.
   grpc::Status refusal(const char* what, const char* where) const;
 
  private:
@@ -33,8 +33,8 @@ class CountedCall {
   bool admitted_;
 };
 
-/// Places for long calls of one kind, e.g. watchers. One identity may have half of them, so that it keeps no
-/// one else out. Any thread.
+/// Places for long calls of one kind, e.g. watchers. One identity may have half of them, so that it does not
+/// keep the others out. Any thread.
 class SharedPlaces {
  public:
   explicit SharedPlaces(int max) : max_(max) {}
@@ -58,7 +58,7 @@ class PlacedCall {
   PlacedCall& operator=(const PlacedCall&) = delete;
 
   bool admitted() const { return admitted_; }
-  /// See CountedCall.
+  /// Answer to a call that is not admitted, as of CountedCall.
   grpc::Status refusal(const char* what, const char* where) const;
 
  private:

@@ -21,7 +21,7 @@ struct ServedCall {
   Identity who;
   std::string token;  ///< of a lease, as the client sent it
   const AccessRow* row = nullptr;
-  std::uint64_t lease = 0;  ///< number of the state of control; 0 where the call needs no lease
+  std::uint64_t lease = 0;  ///< number of the state of control; 0 if the call needs no lease
   bool by_holder = false;
   const LeaseDesk* desk = nullptr;
   const Session* session = nullptr;

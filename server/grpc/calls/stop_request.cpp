@@ -29,7 +29,7 @@ class Wire {
     }
     return std::nullopt;
   }
-  /// As many bytes as there are.
+  /// Takes at most as many bytes as there are.
   std::string_view take(std::uint64_t wanted) {
     const std::string_view taken = bytes_.substr(0, std::min<std::uint64_t>(wanted, bytes_.size()));
     bytes_.remove_prefix(taken.size());
@@ -47,7 +47,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-/// Finds the reason (field 1, the last of several). False where the bytes are not a whole message.
+/// Finds the reason (field 1, the last of several). False if the bytes are not a whole message.
 bool find_reason(std::string_view bytes, std::string_view& reason) {
   constexpr std::uint64_t kReason = (1U << 3U) | 2U;
   Wire wire(bytes);

@@ -18,7 +18,7 @@ inline constexpr std::size_t kMaxStopReason = 256;  ///< bytes that are kept of 
 /// Reads a StopRequest from any bytes: cut short, of another message, or with a reason that is not UTF-8.
 /// Never fails.
 StopReason read_stop_request(const grpc::ByteBuffer& request);
-/// The same from the bytes.
+/// Reads a stop request from its bytes.
 StopReason read_stop_request(std::string_view bytes);
 
 }  // namespace hapticd::server

@@ -13,7 +13,7 @@ namespace hapticd::server {
 class TargetLog {
  public:
   using Clock = std::chrono::steady_clock;
-  /// The line to write now; empty: none. `target`: as text. Any thread.
+  /// Line to write now; empty: none. `target`: as text. Any thread.
   std::string line(const std::string& target, const std::string& peer, Clock::time_point now);
 
  private:

@@ -23,7 +23,7 @@ std::string metadata_of(const grpc::ServerContextBase& context, const char* key)
   return found == metadata.end() ? std::string() : std::string(found->second.data(), found->second.size());
 }
 
-/// What any identity may do is to stop, or to ask who it is. A console's own calls are few, and their
+/// True for what any identity may do: to stop, or to ask who it is. A console's own calls are few, and their
 /// identity is that of the whole group of the unix socket. Without the others the force would go.
 bool is_never_limited(const AccessRow& row) {
   return row.role == Role::kNone || row.role == Role::kConsole || row.method == "WatchdogService/CheckIn" ||
@@ -36,7 +36,8 @@ Refusal denied(const Identity& who) {
            "ask a maintainer of the rig"}};
 }
 
-/// Who sees to the cause of a stop clears it, also next to a program of theirs that holds the lease.
+/// Holder for a call: the person who sees to the cause of a stop clears it, also next to a program of theirs
+/// that holds the lease.
 LeaseDesk::Holder holder_for(const AccessRow& row) {
   return row.method == "SafetyService/Clear" ? LeaseDesk::Holder::kIdentity : LeaseDesk::Holder::kProgram;
 }

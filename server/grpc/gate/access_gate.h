@@ -37,14 +37,14 @@ class AccessGate {
   };
   explicit AccessGate(Parts parts) : parts_(std::move(parts)) {}
 
-  /// Fills `call`; nothing where it may go on. `row`: nullptr for a method that is in no table.
+  /// Fills `call`; nothing if it may go on. `row`: nullptr for a method that is in no table.
   std::optional<Refusal> admit(const AccessRow* row, const grpc::ServerContextBase& context,
                                ServedCall& call) const;
 
  private:
-  /// The client at the other end of the connection.
+  /// Identifies the client at the other end of the connection.
   Identity identify(const grpc::ServerContextBase& context) const;
-  /// If the call is made on behalf of another identity, `who` becomes that one. Refused from all but a
+  /// Makes `who` the identity on whose behalf the call is made, if there is one. Refused from all but a
   /// console.
   std::optional<Refusal> take_name(const AccessRow* row, const grpc::ServerContextBase& context,
                                    Identity& who) const;

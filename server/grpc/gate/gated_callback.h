@@ -47,7 +47,7 @@ class RefusedByGate final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void OnDone() override { delete this; }
 };
 
-/// The same for a stream of answers as bytes.
+/// Gated callback for a stream of answers as bytes.
 template <class Serve>
 GatedCallback gated_stream(const AccessGate& gate, const char* service, const char* method, Serve serve) {
   using Handler = grpc::internal::CallbackServerStreamingHandler<grpc::ByteBuffer, grpc::ByteBuffer>;

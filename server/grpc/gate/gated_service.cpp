@@ -28,7 +28,7 @@ using grpc::internal::RpcMethod;
 constexpr std::size_t kMaxArguments = 2048;  ///< bytes of a request that the audit log shows
 constexpr int kMaxText = 80;
 
-/// A copy of the request's bytes, if they are few.
+/// Copies the request's bytes, if they are few.
 std::optional<std::string> copy_of(grpc_byte_buffer* request) {
   if (request == nullptr || grpc_byte_buffer_length(request) > kMaxArguments) return std::nullopt;
   grpc_byte_buffer_reader reader;

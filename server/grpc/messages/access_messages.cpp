@@ -26,7 +26,7 @@ v1::LeaseExpiry to_proto(LeaseExpiry expiry) {
 static_assert(static_cast<int>(LeaseExpiry::kKeep) == v1::LEASE_EXPIRY_KEEP);
 static_assert(static_cast<int>(LeaseExpiry::kStop) == v1::LEASE_EXPIRY_STOP);
 
-/// A value of a newer contract ends in the safest action.
+/// Expiry; a value of a newer contract ends in the safest action.
 LeaseExpiry expiry_of(v1::LeaseExpiry expiry) {
   return v1::LeaseExpiry_IsValid(expiry) ? static_cast<LeaseExpiry>(static_cast<int>(expiry))
                                          : LeaseExpiry::kStop;

@@ -8,7 +8,7 @@
 
 namespace hapticd::server {
 
-/// The request as the daemon's own type; refused where it names no task or an unknown enum value.
+/// Reads the request as the daemon's own type; refused if it names no task or an unknown enum value.
 Outcome<IdentificationRequest> read_request(const v1::StartIdentificationRequest& request);
 
 Outcome<RecordingDescription> read_description(const v1::RecordingDescription& description);

@@ -166,7 +166,7 @@ constexpr std::size_t kMaxPart = 200;
 constexpr std::size_t kMaxLimit = 600;  // lists of accepted words
 constexpr std::size_t kMaxRemedy = 300;
 
-/// The error as it can be sent: UTF-8, and of bounded length.
+/// Error as it can be sent: UTF-8, and of bounded length.
 hal::Error sendable(const hal::Error& error) {
   return {
       shortened(repaired_utf8(error.what), kMaxPart),     shortened(repaired_utf8(error.where), kMaxPart),

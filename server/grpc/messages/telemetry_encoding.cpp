@@ -13,8 +13,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// A batch of only this sample. Encoded messages may be concatenated: their repeated
-/// fields add up.
+/// Encodes a batch of only this sample. Encoded messages may be concatenated: their repeated fields add up.
 std::string encode_sample(const rt::TickRecord& record, std::uint32_t channels) {
   v1::TelemetryBatch alone;
   fill(record, channels, *alone.add_samples());

@@ -16,7 +16,7 @@ struct WantedPoses {
 };
 Outcome<WantedPoses> read_request(const v1::SubscribePosesRequest& request);
 
-/// All of a pose but what is each stream's own.
+/// Encodes all of a pose but what is each stream's own.
 std::string encode(const pose::IssuedPose& issued);
 
 }  // namespace hapticd::server

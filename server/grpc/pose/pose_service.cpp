@@ -85,7 +85,8 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
     if (waiting_) write_locked(*std::exchange(waiting_, std::nullopt));
   }
 
-  // A message and what follows it are one message: the stream's own fields come after those that all share.
+  // Writes a message; what follows it counts as the same message: the stream's own fields come after those
+  // that all share.
   void write_locked(const std::string& shared) REQUIRES(mutex_) {
     v1::Pose own;
     own.set_sent(++sent_);

@@ -40,7 +40,7 @@ std::string word_of(const std::string& name) {
   return word;
 }
 
-/// The next word, or a text in quotes as a whole; both without what is around them.
+/// Takes the next word, or a text in quotes as a whole; both without what is around them.
 std::string_view take_word(std::string_view& text) {
   text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
   std::size_t size = text.find(' ');
@@ -73,7 +73,7 @@ std::string words_of_call(std::string_view method, std::string_view arguments) {
     } else if (separator == " ") {  // the value of a field
       words += ' ' + word_of(std::string(word));
       separator = ", ";
-    } else {  // a message of its own
+    } else {  // a separate message
       words += separator;
       words += word;
     }

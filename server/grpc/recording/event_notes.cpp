@@ -20,7 +20,7 @@ void EventNotes::note(recording::EventKind kind, std::string text, const std::st
 }
 
 void EventNotes::note_call(const AuditLine& line) {
-  if (line.outcome != "OK" || line.method == "RecordingService/Annotate") return;  // an event of its own
+  if (line.outcome != "OK" || line.method == "RecordingService/Annotate") return;  // already a separate event
   std::string text = words_of_call(line.method, line.arguments);
   if (line.effective_tick) text += ", in force from tick " + std::to_string(*line.effective_tick);
   note(kind_of_call(line.method), std::move(text), line.identity);

@@ -15,7 +15,7 @@ class EventNotes {
   EventNotes(Session& session, EventBoard& board) : session_(session), board_(board) {}
 
   void note(recording::EventKind kind, std::string text, const std::string& by = {});
-  /// A command of a client that was granted, as the audit log has it.
+  /// Notes a command of a client that was granted, as the audit log has it.
   void note_call(const AuditLine& line);
   /// note() of one kind.
   std::function<void(const std::string&)> of(recording::EventKind kind) {

@@ -29,7 +29,7 @@ v1::RecordingState state_of(RecordingState state) {
   return v1::RECORDING_STATE_UNSPECIFIED;
 }
 
-/// A file after those that it imports.
+/// Adds a file after those that it imports.
 void add_file(const google::protobuf::FileDescriptor& file, std::set<std::string>& there,
               google::protobuf::FileDescriptorSet& set) {
   if (!there.insert(file.name()).second) return;

@@ -12,7 +12,7 @@ namespace hapticd::server {
 void fill(const RecordingInfo& info, v1::RecordingKind kind, v1::RecordingFile& file);
 /// Bits of rt::channel; 0 for no group. Refused: a group that does not exist.
 Outcome<std::uint32_t> channels_of(const v1::StartRecordingRequest& request);
-/// The file of a message and all that it needs, as a FileDescriptorSet: what a reader of a recording needs.
+/// File of a message and all that it needs, as a FileDescriptorSet: what a reader of a recording needs.
 std::string schema_of(const std::string& message);
 
 }  // namespace hapticd::server

@@ -57,10 +57,10 @@ class OpenFile {
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
 
-  /// An errno; 0 where all is well.
+  /// Error number of the failure; 0 if all is well.
   int failure() const { return failure_; }
   std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
-  /// Fills `bytes`; false where there are not so many.
+  /// Fills `bytes`; false if there are not so many.
   bool take(std::string& bytes) {
     for (std::size_t done = 0; done < bytes.size();) {
       const ssize_t got = read(descriptor_, bytes.data() + done, bytes.size() - done);

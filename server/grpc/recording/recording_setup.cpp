@@ -18,7 +18,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// The loaded scene as metadata of a recording.
+/// Turns the loaded scene into metadata of a recording.
 recording::Texts texts_of(const ResolvedScene* scene) {
   if (scene == nullptr) return {{"name", ""}};
   std::string hashes;

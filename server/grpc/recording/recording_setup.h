@@ -11,10 +11,10 @@ struct DaemonConfig;
 class SceneHost;
 class Session;
 
-/// What a call of the contract is among the events of a recording.
+/// Kind of a call of the contract among the events of a recording.
 recording::EventKind kind_of_call(std::string_view method);
 
-/// What is recorded on this rig. `session` and `scenes` must outlive it.
+/// Sources of what is recorded on this rig. `session` and `scenes` must outlive it.
 RecordingSources sources_of(const DaemonConfig& config, const Session& session, const SceneHost& scenes);
 
 }  // namespace hapticd::server

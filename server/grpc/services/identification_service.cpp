@@ -19,7 +19,8 @@ namespace {
 /// Bytes of a remark: it may quote a recording, whose lines may have any length.
 constexpr std::size_t kMaxRemark = 1000;
 
-/// What a recording can be read as says how long it is; where it is nothing known, what is missing.
+/// Describes what a recording can be read as, and how long it is; if it can be read as nothing known, what is
+/// missing.
 void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& response) {
   response.set_recording(recording.id);
   response.set_rows(recording.rows);
@@ -45,7 +46,7 @@ void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& re
   response.add_remarks(shortened(repaired_utf8("not readable as it is: " + why), kMaxRemark));
 }
 
-/// The client sees CANCELLED, whatever is answered; why, the log shows.
+/// Ends an upload that has gone silent: the client sees CANCELLED, whatever is answered; the log shows why.
 grpc::Status gone_silent(const std::string& name) {
   log_warning(fmt::format("the upload of recording '{}' is given up: nothing came for {} s",
                           repaired_utf8(name),

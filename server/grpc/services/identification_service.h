@@ -14,7 +14,7 @@ class IdentificationService final : public v1::IdentificationService::Service {
  public:
   /// Streams of progress at once; more are refused, since each holds one of the server's threads.
   static constexpr int kMaxWatchers = 16;
-  /// The same for uploads of recordings.
+  /// Maximum number of uploads of recordings at once.
   static constexpr int kMaxUploads = 4;
   /// An upload that sends nothing for so long is ended.
   static constexpr std::chrono::seconds kMaxUploadPause{30};

@@ -58,7 +58,7 @@ grpc::Status answer(const Outcome<StoredModel>& stored, const SceneHost& scenes,
   return grpc::Status::OK;
 }
 
-/// How long a call waits for another process that keeps the store locked.
+/// End of the wait for another process that keeps the store locked.
 ModelStore::Until until(const grpc::ServerContext& context) {
   return caller_of(context).until(kDefaultTimeout);
 }

@@ -40,7 +40,8 @@ hal::Vector3 vector(const v1::Vector3& message) {
   return {message.x(), message.y(), message.z()};
 }
 
-/// If there are more knots than a law holds, their count is kept, and the check of the law refuses it.
+/// Reads a profile. If there are more knots than a law holds, their count is kept, and the check of the law
+/// refuses it.
 void read_profile(const v1::StiffnessProfile& profile, rt::TargetLaw& law) {
   law.knot_count = static_cast<std::uint32_t>(profile.knots_size());
   const int kept = std::min(profile.knots_size(), static_cast<int>(law.knots.size()));

@@ -66,7 +66,7 @@ void summarise(const rt::LatencySnapshot& latency, bool with_histogram, v1::Late
   }
 }
 
-/// Whether the scene uses the force sensor, and so follows its zero.
+/// True if the scene uses the force sensor, and so follows its zero.
 bool uses_sensor(const ResolvedScene& scene) {
   return (scene.outline.channels & rt::channel::kZero) != 0;
 }
@@ -82,7 +82,7 @@ void fill_bias(const SensorBias& bias, v1::SensorBias& reported) {
   orientation.set_z(bias.orientation.z);
 }
 
-/// Contact and the sensor's zero in the last tick.
+/// Fills in contact and the sensor's zero in the last tick.
 void fill_contact_state(const rt::TickRecord& record, v1::RigState& state) {
   state.set_force_age_ms(static_cast<double>(record.force_age_ns) * 1e-6);
   state.set_bias_serial(record.bias_serial);

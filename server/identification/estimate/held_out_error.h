@@ -9,7 +9,7 @@
 
 namespace hapticd::identification {
 
-/// Sums that make rms left over rms explained.
+/// Sums that give rms left over rms explained.
 struct SquaredError {
   double left = 0.0, whole = 0.0;
   void add(double estimated, double measured, double weight = 1.0) noexcept {
@@ -19,20 +19,20 @@ struct SquaredError {
   double relative() const noexcept { return std::sqrt(left / whole); }
 };
 
-/// How wrong a law is where it was not fitted: rms left over rms of what it is to predict, each fold judged
+/// Error of a law on data it was not fitted to: rms left over rms of what it is to predict, each fold judged
 /// by a fit to the others.
 struct HeldOutError {
   double relative = std::numeric_limits<double>::infinity();  ///< infinite: it could not be fitted
   double deviation = 0.0;                                     ///< standard error, from the folds' scatter
 };
 
-/// Whether a richer law is worth its numbers: better by more than its standard error (the one-standard-error
-/// rule of Breiman et al. 1984).
+/// True if a richer law is worth its extra parameters: better by more than its standard error (the
+/// one-standard-error rule of Breiman et al. 1984).
 inline bool pays(const HeldOutError& richer, const HeldOutError& simpler) noexcept {
   return richer.relative + richer.deviation < simpler.relative;
 }
 
-/// The folds of one law; a law that cannot be fitted to one of them has no error.
+/// Folds of one law; a law that cannot be fitted to one of them has no error.
 class HeldOutTrial {
  public:
   void add(const SquaredError& fold) noexcept {

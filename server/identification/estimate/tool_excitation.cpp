@@ -52,8 +52,8 @@ std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample&
 
   const auto at = [&](std::size_t i) -> const hal::RigSample& { return window_[(next_ + i) % length]; };
   const hal::RigSample& middle = at(reach_);
-  // Over the whole window: ticks that make up for a late one follow it within microseconds, and a step of the
-  // encoders over such a time is no acceleration.
+  // Acceleration over the whole window: ticks that make up for a late one follow it within microseconds, and
+  // a step of the encoders over such a time does not count as acceleration.
   const hal::RigSample& before = at(0);
   const hal::RigSample& last = at(length - 1);
   const hal::RigSample& after = at(reach_ + 1);

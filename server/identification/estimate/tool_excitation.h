@@ -11,7 +11,7 @@
 
 namespace hapticd::identification {
 
-/// What gravity and motion do to a gram of the tool at one moment, next to what the sensor says of it, all
+/// Effect of gravity and motion on a gram of the tool at one moment, next to what the sensor reads, all
 /// passed through the same low-pass filter. In the tool's frame
 ///   f = m (w - B r),  w = Tᵀ(g - a),  B = [α]ₓ + [ω]ₓ²                                   (4.5)-(4.8)
 /// with a of the tip and r from the tip to the mass's centre; B is not in the dissertation, whose tool turns
@@ -25,16 +25,16 @@ struct ToolExcitation {
   double turning_rad_per_s2 = 0.0;
 };
 
-/// Makes them from samples. Differences are central, so that what is derived belongs to the middle of a
-/// window of 32 ms; force and torque are taken from there too.
+/// Filter that makes them from samples. Differences are central, so that what is derived belongs to the
+/// middle of a window of 32 ms; force and torque are taken from there too.
 class ToolExcitationFilter {
  public:
-  /// `force_is_mean`: the sensor's value is the mean since the tick before (as on a rig), not a momentary one
-  /// (as in most recordings).
+  /// Makes a filter. `force_is_mean`: the sensor's value is the mean since the tick before (as on a rig), not
+  /// a momentary one (as in most recordings).
   ToolExcitationFilter(double rate_hz, bool force_is_mean);
 
-  /// Nothing until window and filters have settled. Samples follow on each other (SampleGate); after a gap,
-  /// reset() first.
+  /// Takes a sample. Nothing until window and filters have settled. Samples follow each other (SampleGate);
+  /// after a gap, call reset() first.
   std::optional<ToolExcitation> update(const hal::RigSample& sample);
   void reset() noexcept { count_ = 0; }
   double cutoff_hz() const noexcept { return cutoff_hz_; }

@@ -44,7 +44,7 @@ struct Theta {
     return next;
   }
 
-  /// Both readings as linear in the regressors: six rows.
+  /// Coefficients of both readings, linear in the regressors: six rows.
   Matrix coefficients() const {
     Matrix c = Matrix::Zero(kY, kZ);
     Matrix tool = Matrix::Zero(3, kZ);  // force on the tool, its own frame
@@ -107,8 +107,8 @@ double cost(const Vector& left, const Weights& weights) {
   return weights.force * left.head<3>().sum() + weights.torque * left.tail<3>().sum();
 }
 
-/// Sizes of what is usual. A parameter is bound to thirty times that about where the search starts, which
-/// keeps what the data say nothing of where it is.
+/// Usual sizes. A parameter is bound to thirty times its size about where the search starts, which keeps a
+/// parameter in place that the data do not show.
 Vector usual_sizes(double mass) {
   Vector s(kP);
   s << std::max(5.0, std::abs(mass)), 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 20.0,
@@ -193,7 +193,7 @@ Search descend(const Unpacked& u, Theta theta, const Weights& weights, bool turn
   return search;
 }
 
-/// The proper rotation and the mass nearest to the linear map from w to the force.
+/// Guesses the proper rotation and the mass nearest to the linear map from w to the force.
 Theta guess(const Unpacked& u) {
   Theta theta;
   const double uncentred = std::max(1.0, u.zz(kOne, kOne));
@@ -293,7 +293,7 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   Search best;
   for (int round = 0; round < 3; ++round) {
     if (round == 0) {
-      // Where both explain the data alike, the rotation is not reported by them: as it was given, then.
+      // If both explain the data alike, the data do not determine the rotation: it stays as given.
       best = descend(u, given, weights, turning);
       const Search other = descend(u, own, weights, turning);
       if (other.cost < 0.99 * best.cost) best = other;
@@ -316,7 +316,7 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   const Vector sizes = usual_sizes(best.theta.mass);
   const Matrix scaled = sizes.asDiagonal() * best.information * sizes.asDiagonal();
   const linear_algebra::SymmetricEigen eigen = linear_algebra::symmetric_eigen(scaled);
-  // Of exact data rounding is all that is left in a direction that the data do not determine.
+  // With exact data rounding is all that is left in a direction that the data do not determine.
   const double rounding = 1e-13 * eigen.values.maxCoeff();
   Vector error(kP);
   for (int p = 0; p < kP; ++p) {

@@ -31,7 +31,7 @@ void UltimateOscillation::update(double value) noexcept {
   const double swing = value - slow_;
   since_s_ += period_tick_s_;
   extreme_ = std::max(extreme_, std::abs(swing));
-  // A crossing counts once the half-cycle was worth it: encoder steps about the mean are none.
+  // A crossing counts once the half-cycle was large enough: encoder steps about the mean do not count.
   if (swing * last_ < 0.0) {
     if (extreme_ >= least_) {
       std::move(halves_.begin() + 1, halves_.end(), halves_.begin());

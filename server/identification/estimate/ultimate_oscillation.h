@@ -6,24 +6,24 @@
 
 namespace hapticd::identification {
 
-/// Reports a sustained oscillation from one that dies away, within a few cycles: half-cycles of a signal
-/// about its slow mean that keep their size, keep their length and are larger than what hand and encoder do
-/// by themselves.
+/// Tells a sustained oscillation from one that dies away, within a few cycles: half-cycles of a signal about
+/// its slow mean that keep their size, keep their length and are larger than what hand and encoder do by
+/// themselves.
 class UltimateOscillation {
  public:
-  /// Half-cycles smaller than `least` (amplitude, in the signal's unit) are nothing; those greater than
-  /// `violent` that still grow are not waited for.
+  /// Makes a detector. Half-cycles smaller than `least` (amplitude, in the signal's unit) do not count; those
+  /// greater than `violent` that still grow are reported at once.
   UltimateOscillation(double rate_hz, double least, double violent) noexcept;
 
   void update(double value) noexcept;
   void reset() noexcept;
 
   bool sustained() const noexcept { return sustained_; }
-  /// It grows beyond anything tolerable: do not wait for more cycles.
+  /// True if it grows beyond anything tolerable: do not wait for more cycles.
   bool violent() const noexcept { return violent_; }
-  /// Half-cycles in a row, whether they keep their size or not.
+  /// Number of half-cycles in a row, whether they keep their size or not.
   std::size_t swings() const noexcept { return count_; }
-  /// Of the one found, else of the last half-cycles; 0 while there are none.
+  /// Period of the oscillation found, else of the last half-cycles; 0 while there are none.
   double period_s() const noexcept;
   double amplitude() const noexcept { return amplitude_; }
 

@@ -5,7 +5,7 @@
 
 namespace hapticd::identification {
 
-/// When a repeated force is taken for the end of a range that is not known.
+/// Rule by which a repeated force is taken for the end of a range that is not known.
 struct ClipPolicy {
   int run = 0;                        ///< so many repetitions to the last bit of the largest force; 0 = off
   double moved_mm = 0.0;              ///< while the tip moves by more than this,
@@ -13,7 +13,7 @@ struct ClipPolicy {
   bool refuses = false;               ///< such samples are left out; else they are counted only
 };
 
-/// Sees a sensor at its end by forces that repeat at their extreme while the tip moves.
+/// Detects a sensor at the end of its range by forces that repeat at their extreme while the tip moves.
 class ClipWatch {
  public:
   explicit ClipWatch(const ClipPolicy& policy) noexcept : policy_(policy) {}

@@ -14,7 +14,7 @@ struct PalpationSample {
   double time_s = 0.0;
 };
 
-/// A series of bounded length, however much is added: when it is full, every second item is dropped and only
+/// Series of bounded length, however much is added: when it is full, every second item is dropped and only
 /// every second one taken from then on. What remains is spread evenly over all that was added.
 template <class Item>
 class ThinnedSeries {
@@ -33,7 +33,7 @@ class ThinnedSeries {
     }
     items_.push_back(item);
   }
-  /// Whether the next add() will be kept: what is costly to make need not be made otherwise.
+  /// True if the next add() will be kept: an item that is costly to make need not be made otherwise.
   bool wants_next() const noexcept { return added_ % stride_ == 0; }
   void skip() noexcept { ++added_; }
   const std::vector<Item>& items() const noexcept { return items_; }

@@ -32,7 +32,7 @@ void PalpationTracker::restart() noexcept {
   residual_.reset();
   onset_.forget();
   motion_.reset();
-  // Where the surface is known, a gap leaves the contact what it was: force and depth show in the next ticks
+  // If the surface is known, a gap leaves the contact what it was: force and depth show in the next ticks
   // whether it began or ended meanwhile.
   if (!touched_) contact_.reset();
   ticks_since_restart_ = 0;

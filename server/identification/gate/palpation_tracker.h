@@ -14,18 +14,18 @@
 
 namespace hapticd::identification {
 
-/// From the samples of a live rig to those of a palpation along its press axis (-z, tool upright): contact
+/// Turns the samples of a live rig into those of a palpation along its press axis (-z, tool upright): contact
 /// by what free motion leaves behind (D§3.2), displacement from where the rested object was touched first,
 /// the tool's inertia is subtracted from the force (3.4). A sample in, a sample out, in constant time.
 class PalpationTracker {
  public:
-  /// `tool_mass_g`: beyond the sensor; `threshold_n`: ε_f.
+  /// Makes a tracker. `tool_mass_g`: beyond the sensor; `threshold_n`: ε_f.
   PalpationTracker(double tool_mass_g, double threshold_n, double position_resolution_mm,
                    double rate_hz) noexcept;
 
   PalpationSample update(const hal::RigSample& sample) noexcept;
-  /// After a gap: velocities and filters start again, the surface stays where it was found and the tool in or
-  /// out of contact. What the next ticks give is distinguished by settled().
+  /// Restarts after a gap: velocities and filters start again, the surface stays where it was found and the
+  /// tool in or out of contact. What the next ticks give is distinguished by settled().
   void restart() noexcept;
 
   /// False for a while after a restart: velocity and inertia are not known yet.
@@ -47,16 +47,16 @@ class PalpationTracker {
   std::uint32_t ticks_since_restart_;
 };
 
-/// From a recording to samples of a palpation: steps may be uneven and long (10 Hz), there is no tool whose
-/// inertia matters, and where the surface is, is unknown; displacement is the recording's own position, and
+/// Turns a recording into samples of a palpation: steps may be uneven and long (10 Hz), there is no tool
+/// whose inertia matters, and the surface is unknown; displacement is the recording's own position, and
 /// contact is force above the threshold. The velocity is the slope of a local parabola over true times, by
 /// least squares, centred on the sample: each comes out half a window late, and none across a gap.
 class RecordedPalpation {
  public:
-  /// `rate_hz`: one over the median step.
+  /// Makes a palpation. `rate_hz`: one over the median step.
   RecordedPalpation(double threshold_n, double rate_hz) noexcept;
 
-  /// True where a sample came out.
+  /// True if a sample came out.
   bool update(const hal::RigSample& sample, PalpationSample& out) noexcept;
   void restart() noexcept { filled_ = 0; }
   std::uint32_t contacts() const noexcept { return contacts_; }

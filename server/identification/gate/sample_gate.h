@@ -30,23 +30,23 @@ class SampleGate {
   }
   Verdict judge(const rt::Observation& observation) noexcept;
 
-  /// The two halves of judge(), for what else is to be looked at between them. A verdict only where the
-  /// sample is unfit.
+  /// Does the first half of judge(): a verdict only if the sample is unfit. Other checks can come between the
+  /// two halves.
   std::optional<Verdict> refuse(const rt::Observation& observation) noexcept;
-  /// A fit sample's place in time.
+  /// Does the second half of judge(): a fit sample's place in time.
   Verdict follow(const rt::Observation& observation) noexcept;
 
-  /// The next sample follows on none.
+  /// Makes the next sample follow on none.
   void forget() noexcept { follows_ = false; }
 
-  /// Since the fit sample before; 0 where the last one follows on none.
+  /// Time since the fit sample before; 0 if the last one follows on none.
   double step_s() const noexcept { return step_s_; }
   std::uint64_t judged() const noexcept { return judged_; }
   std::uint64_t used() const noexcept { return used_; }
-  /// From the first sample to the last one, fit or not.
+  /// Time from the first sample to the last one, fit or not.
   double watched_s() const noexcept { return last_s_ - first_s_; }
   std::uint64_t left_out(Unfit reason) const noexcept { return left_out_[static_cast<std::size_t>(reason)]; }
-  /// What was left out, in words; empty where all was fit.
+  /// Remarks on what was left out, in words; empty if all was fit.
   std::vector<std::string> remarks() const;
 
  private:

@@ -13,7 +13,7 @@ constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t bit(Unfit reason) noexcept {
   return 1U << static_cast<unsigned>(reason);
 }
-/// What lasts, as a fault does. A force missing from one tick is part of the next mean.
+/// Status bits that last, as a fault does. A force missing from one tick is part of the next mean.
 constexpr std::uint32_t kInterrupting =
     bit(Unfit::kSaturated) | bit(Unfit::kFault) | bit(Unfit::kNotANumber) | bit(Unfit::kStale);
 

@@ -10,20 +10,21 @@
 
 namespace hapticd::identification {
 
-/// Two samples farther apart in time than this are not consecutive, at any rate the rig has [s].
+/// Time between two samples beyond which they are not consecutive, at any rate of the rig [s].
 inline constexpr double kMaxSampleStepS = 0.016;
 
-/// What is derived from samples settles for so long after a start or a gap: velocities and filters.
+/// Time that what is derived from samples takes to settle after a start or a gap: velocities and filters.
 inline constexpr double kPalpationSettlingS = 0.03;
 inline constexpr double kThresholdSettlingS = 0.3;
 inline constexpr double kToolSettlingS = 0.25;
 inline constexpr double kImpactSettlingS = 0.15;  ///< gains: after touching, the impact rings
 
-/// Why a sample is not used.
+/// Reason for which a sample is not used.
 enum class Unfit : std::uint8_t { kSaturated, kNoForce, kFault, kNotANumber, kStale, kDisordered };
 inline constexpr std::size_t kUnfitKinds = 6;
 
-/// Which samples count for one kind of identification. The defaults ask for nothing but a position.
+/// Conditions that samples have to meet for one kind of identification. The defaults require nothing but a
+/// position.
 struct SamplePolicy {
   // What has to be a number, and how large it may be.
   bool press_axis_only = false;  ///< of force and position only z
@@ -46,26 +47,26 @@ struct SamplePolicy {
   // Time.
   double max_step_s = kMaxSampleStepS;  ///< a longer one is a gap
 
-  /// The first that applies is the reason.
+  /// Order of the reasons: the first that applies is given.
   std::array<Unfit, 5> order{Unfit::kSaturated, Unfit::kNoForce, Unfit::kFault, Unfit::kNotANumber,
                              Unfit::kStale};
   /// A bit for each reason, 1 << Unfit, after which the next sample does not follow on the last one.
   std::uint32_t interrupting = 0;
 };
 
-/// Presses along z, from a rig or a recording.
+/// Policy for presses along z, from a rig or a recording.
 SamplePolicy palpation_policy(const hal::RigInfo& rig) noexcept;
-/// Presses all over an object: all three axes count.
+/// Policy for presses all over an object: all three axes count.
 SamplePolicy scan_policy(const hal::RigInfo& rig) noexcept;
-/// Strokes along x.
+/// Policy for strokes along x.
 SamplePolicy stroke_policy(const hal::RigInfo& rig) noexcept;
-/// The tool moved freely: mass, centre, bias.
+/// Policy for a tool that is moved freely: mass, centre, bias.
 SamplePolicy tool_policy(const hal::RigInfo& rig) noexcept;
-/// The tool moved freely: what is left of the force.
+/// Policy for a tool that is moved freely: what is left of the force.
 SamplePolicy threshold_policy() noexcept;
-/// Presses at rising gain.
+/// Policy for presses at rising gain.
 SamplePolicy gains_policy() noexcept;
-/// Presses of the device on walls or on a rigid object.
+/// Policy for presses of the device on walls or on a rigid object.
 SamplePolicy structural_policy(const hal::RigInfo& rig, bool rigid_contact) noexcept;
 
 }  // namespace hapticd::identification

@@ -66,7 +66,7 @@ StrokePassages::StrokePassages(double resolution_mm) : resolution_mm_(resolution
 
 double StrokePassages::noise_width_mm() const {
   if (resolution_mm_ > 0.0) return 1.5 * resolution_mm_;
-  // Of independent errors of deviation s the mean |second difference| is 1.95 s.
+  // The mean |second difference| of independent errors of deviation s is 1.95 s.
   return 8.0 / 1.95 * roughness_mm_;
 }
 

@@ -7,7 +7,7 @@
 
 namespace hapticd::identification {
 
-/// One instant of a stroke, in the plane of its line and up.
+/// Instant of a stroke, in the plane of its line and up.
 struct StrokePoint {
   double time_s = 0.0;
   double along_mm = 0.0;
@@ -16,7 +16,7 @@ struct StrokePoint {
   double reaction_up_n = 0.0;
 };
 
-/// The mean of `count` instants that followed each other.
+/// Mean of `count` instants that followed each other.
 struct StrokeRow {
   StrokePoint mean;
   double count = 0.0;
@@ -37,7 +37,7 @@ class StrokeRows {
   double stride_ = 1.0;
 };
 
-/// From one turn of the motion to the next.
+/// Passage from one turn of the motion to the next.
 struct StrokePassage {
   enum class Start : std::uint8_t {
     kUnknown,    ///< unknown how far friction had built up
@@ -52,30 +52,30 @@ struct StrokePassage {
 };
 
 /// Sorts the instants of strokes back and forth into passages. Memory is bounded: of more than kMax passages,
-/// the oldest of the sort (by force, speed and length) there are most of is given up. A few comparisons per
+/// the oldest of the most frequent sort (by force, speed and length) is dropped. A few comparisons per
 /// instant.
 ///
-/// A turn counts once the tip has come back by more than the noise of its position: 1.5 times the resolution
-/// where that is known, else eight times the deviation that the second differences show. Where it is unknown
-/// a median of three takes single outliers off the position, a sample late.
+/// Passages of a stroke. A turn counts once the tip has come back by more than the noise of its position: 1.5
+/// times the resolution if that is known, else eight times the deviation that the second differences show. If
+/// it is unknown a median of three takes single outliers off the position, a sample late.
 class StrokePassages {
  public:
   static constexpr std::size_t kMax = 160;
-  /// Beyond this way sliding friction has built up, whatever it was before (D§4.4.1).
+  /// Way beyond which sliding friction has built up, whatever it was before (D§4.4.1).
   static constexpr double kSlidingPathMm = 3.0;
 
-  /// `resolution_mm`: of the position; 0 = unknown.
+  /// Makes passages. `resolution_mm`: of the position; 0 = unknown.
   explicit StrokePassages(double resolution_mm);
 
   void add(const StrokePoint& point);
-  /// The tip lifted off, or what happened meanwhile is unknown.
+  /// Interrupts: the tip lifted off, or what happened meanwhile is unknown.
   void interrupt();
 
-  /// Complete passages so far, also those given up.
+  /// Number of complete passages so far, also those given up.
   std::uint64_t completed() const { return completed_; }
   std::uint64_t given_up() const { return given_up_; }
   double noise_width_mm() const;
-  /// All that is kept, the one under way included.
+  /// Passages that are kept, the one under way included.
   std::vector<StrokePassage> all() const;
 
  private:

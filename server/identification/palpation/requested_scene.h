@@ -8,12 +8,11 @@
 
 namespace hapticd::server {
 
-/// The scene that renders what a request wants of the device, not resolved yet; none where it is to do
-/// nothing.
+/// Scene that renders what a request wants of the device, not resolved yet; none if it is to do nothing.
 std::optional<rt::SceneSpec> requested_scene(const identification::MotionRequest& request,
                                              const hal::RigInfo& rig);
 
-/// Whether two scenes of requested_scene() make the device do the same.
+/// True if two scenes of requested_scene() make the device do the same.
 bool renders_the_same(const rt::SceneSpec& a, const rt::SceneSpec& b);
 
 }  // namespace hapticd::server

@@ -5,13 +5,13 @@
 
 namespace hapticd::server {
 
-/// A request as the simulated hand does it.
+/// Request as the simulated hand does it.
 struct SimulatedMotion {
   sim::HandProgram program;
   double duration_s = 0.0;  ///< until it is surely over and the tip is free again
 };
 
-/// What of a request concerns the hand; what the device is to do meanwhile is the caller's to arrange.
+/// Motion of the hand for a request; the caller arranges what the device does meanwhile.
 SimulatedMotion simulated_motion(const identification::MotionRequest& request);
 
 }  // namespace hapticd::server

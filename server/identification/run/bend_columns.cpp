@@ -23,7 +23,7 @@ constexpr std::size_t kSensor = 12;
 using Columns = std::vector<std::string>;
 using Mappings = std::map<std::string, replay::ColumnMapping>;
 
-/// By its name, or by one of hapticd's own.
+/// True if a column is there by its name, or by one of hapticd's own.
 bool is_found(const ColumnRole& role, const Columns& columns) {
   replay::ColumnMapping mapping;
   return replay::is_recognised(role, columns) || fill_own_column(mapping, role, columns);
@@ -49,7 +49,7 @@ std::vector<ColumnRole> bend_roles(bool rigid) {
   roles.push_back({"external", Quantity::kPosition, {"external"}});
   if (rigid) {
     along_axes("force", Quantity::kForce, {"force"});
-    // An instrument has no say: it is no quantity of this recording.
+    // An instrument has no say: its reading is not a quantity of this recording.
     for (const std::size_t i : {kExternal, kExternal + 1, kExternal + 2, kAlongPress + 2}) {
       roles[i] = {"", Quantity::kPosition, {}};
     }

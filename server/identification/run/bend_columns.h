@@ -14,18 +14,14 @@
 
 namespace hapticd::server {
 
-// A recording of how a device bends: where the encoders see the tip, with what force the device acts on it,
-// and where an instrument from outside sees it. Each of the three is measured in the rig frame along three
-// axes
-// ("position_x" …, "device_force_x" …, "external_x" …), or along the press only ("position", "device_force",
-// "external"). Along the press positions grow into the object or wall, and the force is positive while
-// pressed: against the press by a virtual wall, into the object on a rigid one.
+// Recording of how a device bends: where the encoders see the tip, with what force the device acts on it, and
+// where an instrument from outside sees it.
 
 /// Numbers of one row, next to the time: position, device force and external position along three axes, the
 /// three along the press, and the sensor's force ("force_x" …, rigid contact only).
 inline constexpr std::size_t kBendNumbers = 15;
 
-/// What was measured along the press only.
+/// Axes of what was measured along the press only.
 struct BendAxes {
   hal::Vector3 press_direction{0.0, 0.0, -1.0};  ///< rig frame, of length 1
   bool rigid = false;
@@ -39,7 +35,7 @@ struct BendColumns {
   std::array<bool, kBendNumbers> uses{};  ///< which of bend_roles() are read; all of these must be there
 };
 
-/// What is looked for, in the order of a row's numbers. On a rigid object the instrument is not.
+/// Columns that are looked for, in the order of a row's numbers. On a rigid object the instrument is not.
 std::vector<replay::ColumnRole> bend_roles(bool rigid);
 
 /// Decides for each quantity whether it is read along three axes or along the press: as it is mapped, else as
@@ -50,7 +46,7 @@ hal::Result<BendColumns> choose_bend_columns(bool rigid,
                                              const std::vector<std::string>& columns,
                                              const hal::Vector3& press_direction);
 
-/// `numbers`: in N and mm; those that are not used are not looked at.
+/// Fills in an observation. `numbers`: in N and mm; those that are not used are not looked at.
 void fill_bend(std::span<const double, kBendNumbers> numbers, const BendAxes& axes,
                rt::Observation& observation) noexcept;
 

@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What was found is worth waiting for another process that keeps the store locked.
+/// Time to wait for another process that keeps the store locked: the result is worth it.
 constexpr std::chrono::seconds kStoreTimeout{10};
 
 }  // namespace
@@ -94,7 +94,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
 
   if (run.kept && hash.empty()) run.kept->discard();
   if (run.reservation) {
-    // What was in force before comes back, afresh.
+    // The state from before comes back, afresh.
     if (sim::SimulatedRig* simulation = session_.simulation()) {
       const sim::HandProgram rest;
       (void)simulation->set_program(rest);

@@ -20,8 +20,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kReportEvery{100};
 constexpr std::chrono::milliseconds kPollInterval{1};
 constexpr std::chrono::seconds kMaxSilence{5};
-/// Of a person it is asked this often what should happen next, of the simulated hand once it has done it: a
-/// person goes on without waiting, and the device has to follow at once.
+/// Interval at which a person is asked what should happen next; the simulated hand is asked once it has done
+/// it: a person goes on without waiting, and the device has to follow at once.
 constexpr double kAskUserEveryS = 0.1;
 constexpr std::size_t kRowsBetweenLooks = 4096;
 constexpr std::uint64_t kTicksBetweenLooks = 5;
@@ -43,7 +43,7 @@ std::optional<Refusal> IdentificationRunner::arrange(Run& run, const identificat
     if (run.usual.sensor_stale_after_ms > 0.0) {
       scene->guard.sensor_stale_after_ms = run.usual.sensor_stale_after_ms;
     }
-    // A scene that is exchanged has to see the tool free first: not in the middle of a person's press.
+    // A scene that is to be exchanged has to see the tool free first: not in the middle of a person's press.
     const bool hand_is_simulated = session_.simulation() != nullptr;
     if (hand_is_simulated || !run.rendered || !renders_the_same(*run.rendered, *scene)) {
       const auto loaded = run.reservation->load(*scene, no_caller);
@@ -98,7 +98,8 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
       }
       run.identification->add(run.view->see(observation));
       if (run.kept) run.kept->add(observation);
-      // Who searches a limit finds it: what is rendered on an object may have to end at once.
+      // An identification that searches a limit finds it: what is rendered on an object may have to end at
+      // once.
       if (run.device == identification::MotionRequest::Device::kModulation &&
           observation.sample.tick % kTicksBetweenLooks == 0 &&
           run.identification->next_request().device == identification::MotionRequest::Device::kNothing) {

@@ -13,8 +13,8 @@
 
 namespace hapticd::server {
 
-/// The rig's instrument from outside, open for as long as it is wanted. Only identifications use it,
-/// and one of them at a time.
+/// Instrument from outside of the rig, open for as long as it is wanted. Only identifications use it, and one
+/// of them at a time.
 class OpenInstrument {
  public:
   OpenInstrument() = default;
@@ -22,7 +22,7 @@ class OpenInstrument {
   OpenInstrument& operator=(const OpenInstrument&) = delete;
   ~OpenInstrument() { close(); }
 
-  /// Where there is hardware behind it; a simulated one is always there.
+  /// Opens the rig if there is hardware behind it; a simulated one is always there.
   std::optional<hal::Error> open(hal::Rig& rig) {
     rig_ = dynamic_cast<hal::InstrumentedRig*>(&rig);
     return rig_ == nullptr ? std::nullopt : rig_->engage_instrument();
@@ -46,7 +46,7 @@ struct IdentificationRunner::Run {
   std::optional<SensorClaim> sensor;    ///< held open for as long as it listens
   OpenInstrument instrument;            ///< the same
   std::optional<RigView> view;          ///< of the live rig
-  std::optional<ObservationFile> kept;  ///< what the rig measured, where the store has a place for it
+  std::optional<ObservationFile> kept;  ///< what the rig measured, if the store has a place for it
   std::string instruction;
   identification::MotionRequest::Device device =
       identification::MotionRequest::Device::kNothing;  ///< what it does now
@@ -54,7 +54,7 @@ struct IdentificationRunner::Run {
   rt::GuardLimits usual;  ///< of the scene before: how late sensor and loop may be on this rig
 };
 
-/// As stored with an identification that is over.
+/// Text as stored with an identification that is over.
 std::string text_of(IdentificationState state);
 
 }  // namespace hapticd::server

@@ -42,7 +42,7 @@ Refusal shutting_down() {
           {"the service is shutting down", kStartPlace, "", "", "connect again later"}};
 }
 
-/// What is wrong with a request by itself.
+/// Checks a request by itself.
 std::optional<Refusal> check_request(const IdentificationRequest& request) {
   if (auto refusal = check(request.task)) return refusal;
   if (is_about_object(request.task)) {
@@ -62,7 +62,7 @@ std::optional<Refusal> check_request(const IdentificationRequest& request) {
        fmt::format("{} s", request.time_limit_s), "1 … 3600 s", "choose a time in the range"}};
 }
 
-/// "contact-7" → 7.
+/// Number of an id: "contact-7" → 7.
 std::uint64_t number_of(const std::string& id) {
   const std::size_t dash = id.rfind('-');
   return dash == std::string::npos ? 0 : std::strtoull(id.c_str() + dash + 1, nullptr, 10);
@@ -73,7 +73,7 @@ std::uint64_t number_of(const std::string& id) {
 IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub,
                                            const SensorBiases& biases, ModelStore& store)
     : session_(session), scenes_(scenes), hub_(hub), biases_(biases), store_(store) {
-  // Those of earlier runs of the daemon are kept, and their names not used again.
+  // Identifications of earlier runs of the daemon are kept, and their names not used again.
   const auto ended = store_.list_identifications(kKept);
   if (!ended) return;
   for (const EndedIdentification& one : *ended) {

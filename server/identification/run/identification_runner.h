@@ -39,7 +39,7 @@ struct IdentificationRequest {
 
 enum class IdentificationState : std::uint8_t { kRunning, kConverged, kPartial, kCancelled, kFailed };
 
-/// How an identification stands.
+/// State of an identification.
 struct IdentificationReport {
   std::string id;
   std::string kind;
@@ -54,8 +54,8 @@ struct IdentificationReport {
   std::uint64_t version = 0;  ///< rises with every change
 };
 
-/// Runs identifications, one at a time, in a thread of its own: listens to the loop, has the simulated hand
-/// do what is wanted or instructs the user, and stores what was found. It belongs to the daemon: clients come
+/// Runs identifications, one at a time, on its own thread: listens to the loop, has the simulated hand do
+/// what is wanted or instructs the user, and stores what was found. It belongs to the daemon: clients come
 /// and go. Any thread may call. Its budget is two threads and one row of each recording in memory: the thread
 /// that runs, and that of the call that starts the next one, which reads the recording once before.
 /// Recordings are read, files made and the model store waited for without its lock.
@@ -73,28 +73,27 @@ class IdentificationRunner {
   /// Returns once it runs. `lease`: number of the state of control it was started under. Of calls at the same
   /// time all but the first are refused as busy.
   Outcome<std::string> start(const IdentificationRequest& request, std::uint64_t lease = 0) EXCLUDES(mutex_);
-  /// Cancels what runs on the rig if it was started under this number; the report says why. Waits for
-  /// nothing.
+  /// Cancels what runs on the rig if it was started under this number; the report says why. Does not wait.
   void end_under(std::uint64_t lease, const hal::Error& why) EXCLUDES(mutex_);
-  /// The report of an identification; empty id = of the one that runs, else the last. With `newer_than`, as
-  /// soon as its version is beyond that, it is over, or the caller's timeout is.
+  /// Report of an identification; empty id = of the one that runs, else the last. With `newer_than`, returns
+  /// as soon as its version is beyond that, it is over, or the caller's timeout is.
   Outcome<IdentificationReport> report(const std::string& id, std::uint64_t newer_than, const Caller& caller);
   /// Ends it and waits until it has.
   Outcome<IdentificationReport> cancel(const std::string& id, const Caller& caller);
-  /// Newest first.
+  /// Lists the reports, newest first.
   std::vector<IdentificationReport> list() const;
-  /// Cancels what runs and starts nothing any more.
+  /// Cancels what runs and starts nothing more.
   void shutdown();
 
   RecordingShelf& recordings() { return shelf_; }
-  /// Called when one is over, in its thread, in words. Set before the first.
+  /// Sets what is called when one is over, on its thread, in words. Set it before the first.
   void on_end(Callback<void(const std::string& words)> call) { on_end_ = std::move(call); }
 
  private:
-  /// Why data stopped coming.
+  /// Reason why data stopped coming.
   enum class Ending : std::uint8_t { kConverged, kNoMoreData, kCancelled, kFault };
   struct Run;
-  /// The right to begin the next one, from the check that none is under way to the moment at which it runs.
+  /// Right to begin the next one, from the check that none is under way to the moment at which it runs.
   class Turn;
   struct Ended {
     Ending ending = Ending::kNoMoreData;
@@ -110,9 +109,9 @@ class IdentificationRunner {
   Ended listen_to_rig(Run& run);
   Ended listen_to_recording(Run& run);
   void conclude(Run& run, const Ended& ended);
-  /// What the rig is to do next; an error where the rig does not.
+  /// Arranges what the rig is to do next; an error if the rig does not.
   std::optional<Refusal> arrange(Run& run, const identification::MotionRequest& request);
-  /// The guard is latched, and that matters: someone stopped everything, or force is needed.
+  /// True if the guard is latched, and that matters: someone stopped everything, or force is needed.
   bool is_held_back(const IdentificationTask& task);
   void publish(const Run& run, const identification::IdentificationProgress& progress);
   IdentificationReport* find_locked(const std::string& id) REQUIRES(mutex_);
@@ -134,7 +133,7 @@ class IdentificationRunner {
   std::optional<hal::Error> lost_control_ GUARDED_BY(mutex_);
   bool shut_down_ GUARDED_BY(mutex_) = false;
   std::atomic<bool> cancel_{false};
-  std::thread thread_;  ///< of the call that has the turn; after shutdown() of no one
+  std::thread thread_;  ///< of the call that has the turn; after shutdown() of none
 };
 
 }  // namespace hapticd::server

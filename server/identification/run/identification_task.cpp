@@ -24,13 +24,14 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
-/// The tip as an instrument from outside sees it, against the encoders: the force sensor has no say.
+/// True if the tip as an instrument from outside sees it is compared with the encoders: the force sensor does
+/// not matter.
 bool is_by_instrument(const IdentificationTask& task) noexcept {
   const auto* structure = std::get_if<identification::StructuralStiffnessTask>(&task);
   return structure != nullptr && !structure->rigid_contact;
 }
 
-/// The first number that is out of its range.
+/// Finds the first number that is out of its range.
 class FieldCheck {
  public:
   void range(double value, const Range& range, const char* what, const char* field) {

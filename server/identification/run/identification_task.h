@@ -19,39 +19,41 @@ using IdentificationTask =
                  identification::StructuralStiffnessTask, identification::ToolTask,
                  identification::ThresholdTask, identification::GainsTask, identification::InclusionTask>;
 
-/// "contact", "friction", "structural_stiffness", "tool", "threshold", "gains" or "inclusion".
+/// Name of a kind: "contact", "friction", "structural_stiffness", "tool", "threshold", "gains" or
+/// "inclusion".
 const char* kind_name(const IdentificationTask& task) noexcept;
 
-/// After which it ends where no limit is asked for, s of the rig's time: about twice what a person on real
+/// Time after which it ends if no limit is asked for, s of the rig's time: about twice what a person on real
 /// parts takes.
 double default_time_limit_s(const IdentificationTask& task) noexcept;
 
-/// True where an object is touched, and the model is the object's.
+/// True if an object is touched, and the model is the object's.
 bool is_about_object(const IdentificationTask& task) noexcept;
 
-/// How a recording for this task is to be read; none where only a rig will do.
+/// Columns with which a recording for this task is to be read; none if only a rig will do.
 std::optional<RecordedMotion> recorded_motion(const IdentificationTask& task) noexcept;
 
-/// Numbers in their ranges; the error names the field.
+/// Checks that numbers are in their ranges; the error names the field.
 std::optional<Refusal> check(const IdentificationTask& task);
 
-/// What the rig lacks for it, if anything: force sensor, device, outside instrument, a simulated hand or a
-/// user.
+/// Checks what the rig lacks for it, if anything: force sensor, device, outside instrument, a simulated hand
+/// or a user.
 std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigInfo& rig);
 
-/// Whether it listens to the force sensor at all.
+/// True if it listens to the force sensor at all.
 bool uses_sensor(const IdentificationTask& task) noexcept;
 
-/// Whether it listens to an instrument that measures the tip from outside.
+/// True if it listens to an instrument that measures the tip from outside.
 bool uses_instrument(const IdentificationTask& task) noexcept;
 
-/// Whether the device renders meanwhile; otherwise a latched guard is no hindrance.
+/// True if the device renders meanwhile; otherwise a latched guard does not matter.
 bool renders_force(const IdentificationTask& task) noexcept;
 
-/// Whether what the sensor reads at rest has to be zero; otherwise it is found as well.
+/// True if what the sensor reads at rest has to be zero; otherwise it is found as well.
 bool needs_bias(const IdentificationTask& task) noexcept;
 
-/// Where the object lies and the strokes go. The simulated hand knows one press only, along -z.
+/// Checks the place of the object and the direction of the strokes. The simulated hand knows one press only,
+/// along -z.
 std::optional<Refusal> check_geometry(const identification::PressGeometry& geometry, bool hand_is_simulated);
 
 std::unique_ptr<identification::Identification> make_identification(const IdentificationTask& task,

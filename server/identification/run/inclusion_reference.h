@@ -11,7 +11,7 @@
 namespace hapticd::server {
 
 /// Fills in what the request's reference_recording or reference_model say of the object without its
-/// inclusion. Refuses both at once, a reference for another kind, a name or recording that is not there, a
+/// inclusion. Refuses both together, a reference for another kind, a name or recording that is not there, a
 /// recording without presses, and a known depth without a reference. Ends soon after `given_up` is set.
 std::optional<Refusal> fill_reference(IdentificationRequest& request, const RecordingShelf& shelf,
                                       const ModelLibrary& models, const std::atomic<bool>& given_up);

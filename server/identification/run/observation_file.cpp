@@ -49,7 +49,7 @@ void ObservationFile::add(const rt::Observation& observation) {
   row_.clear();
   const auto out = std::back_inserter(row_);
   fmt::format_to(out, "{:.6f}", 1e-6 * static_cast<double>(now_us));
-  // Seven digits: a tenth of a micrometre of a metre, and finer than any sensor.
+  // Seven digits: a tenth of a micrometre in a metre, and finer than any sensor.
   const auto vector = [&](const hal::Vector3& v) {
     fmt::format_to(out, ",{:.7g},{:.7g},{:.7g}", v.x, v.y, v.z);
   };

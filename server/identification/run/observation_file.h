@@ -13,18 +13,18 @@
 
 namespace hapticd::server {
 
-/// What an identification was fed, kept as a CSV file that can be read again as a recording: times, tip,
-/// orientation, sensor load, device command, and outside position where the rig has an instrument for it. A
-/// file that cannot be written ends the keeping and nothing else.
+/// Observations that an identification got, kept as a CSV file that can be read again as a recording: times,
+/// tip, orientation, sensor load, device command, and outside position if the rig has an instrument for it.
+/// If the file cannot be written, only the keeping ends.
 class ObservationFile {
  public:
   /// Makes folder and file; an error says why there is none.
   static hal::Result<ObservationFile> create(const std::filesystem::path& path, bool has_external_position);
 
-  /// A sample whose time does not advance by a microsecond is left out: no recording can be read that has
-  /// one.
+  /// Adds an observation. A sample whose time does not advance by a microsecond is left out: no recording can
+  /// be read that has one.
   void add(const rt::Observation& observation);
-  /// "PATH, sha256 HASH"; an error where not all of it is on the disk.
+  /// Finishes the file and returns "PATH, sha256 HASH"; an error if not all of it is on the disk.
   hal::Result<std::string> finish();
   void discard();
 

@@ -21,7 +21,7 @@ using replay::Quantity;
 
 constexpr double kMaxS = 31.0 * 86400.0;
 constexpr std::size_t kMinRows = 10;
-/// Steps of which the median is taken: those of the first minutes show it.
+/// Number of steps whose median is taken: those of the first minutes show it.
 constexpr std::size_t kStepsLookedAt = 100'000;
 
 struct Role {
@@ -30,7 +30,7 @@ struct Role {
   bool is_read = true;
 };
 
-/// In the order of RecordedRow's numbers.
+/// Roles in the order of RecordedRow's numbers.
 std::vector<Role> roles_of(RecordedMotion motion) {
   std::vector<Role> roles{{role_of(Quantity::kTime)}};
   if (motion == RecordedMotion::kPress) {
@@ -72,7 +72,7 @@ std::vector<Role> roles_of(RecordedMotion motion) {
   return roles;
 }
 
-/// All that a row may say, in the order of roles_of().
+/// Numbers that a row may have, in the order of roles_of().
 using RecordedRow = std::array<double, 1 + kBendNumbers>;
 constexpr std::size_t kOrientation = 10;
 static_assert(std::tuple_size_v<RecordedRow> >= kOrientation + 4);

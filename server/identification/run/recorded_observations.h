@@ -18,27 +18,27 @@
 
 namespace hapticd::server {
 
-/// Which columns of a recording are asked for, and as what they are handed on.
+/// Columns of a recording that are asked for, and as what they are handed on.
 enum class RecordedMotion : std::uint8_t {
   kPress,   ///< "time", "force" and "position" into the object: along -z
   kStroke,  ///< "time", "position" along the stroke (x), "force" that moves the tip against friction, and
-            ///< "normal_force" where there is one
+            ///< "normal_force" if there is one
   kFree,  ///< "time", "force_x" … "torque_z" in the sensor's frame, and "position_x" …, "orientation_w" …
-          ///< where there are any
+          ///< if there are any
   kScan,   ///< the same with a position: presses all over an object
   kBend,   ///< "time", the encoders' position, the device's force on the tip and the tip's position by an
            ///< instrument from outside; see bend_columns.h
   kRigid,  ///< the same without the instrument, pressed on a rigid object
 };
 
-/// A recording as its owner describes it.
+/// Recording as its owner describes it.
 struct RecordingDescription {
   std::string name;                                      ///< for errors and reports
   std::map<std::string, replay::ColumnMapping> columns;  ///< by quantity; the rest is found by name
   bool decimal_comma = false;                            ///< of CSV
 };
 
-/// What a first pass over a recording finds.
+/// Summary from a first pass over a recording.
 struct RecordingSummary {
   std::size_t rows = 0;
   double duration_s = 0.0;
@@ -46,13 +46,13 @@ struct RecordingSummary {
   double longest_step_s = 0.0;
 };
 
-/// A recording as the observations a rig would have made, row by row: memory does not grow with the file.
+/// Recording as the observations that a rig would have made, row by row: memory does not grow with the file.
 class RecordedObservations {
  public:
   /// Reads the file once. Refuses, with line and column, what TableFile and select_column() refuse,
-  /// quantities that are none of the motion's, time that does not increase, fewer than ten rows and more than
-  /// a month. `press_direction` (rig frame, of any length): kBend and kRigid, of what was measured along one
-  /// axis only. Ends with an error soon after `given_up` is set.
+  /// quantities that do not belong to the motion, time that does not increase, fewer than ten rows and more
+  /// than a month. `press_direction` (rig frame, of any length): kBend and kRigid, of what was measured along
+  /// one axis only. Ends with an error soon after `given_up` is set.
   static hal::Result<RecordedObservations> open(const std::string& path, RecordedMotion motion,
                                                 const RecordingDescription& description,
                                                 const hal::Vector3& press_direction = {0.0, 0.0, -1.0},
@@ -61,11 +61,11 @@ class RecordedObservations {
   const RecordingSummary& summary() const noexcept { return summary_; }
   /// Quantities that were found by hapticd's own names of columns, in words; see recording_columns.h.
   const std::vector<std::string>& own_columns() const noexcept { return own_columns_; }
-  /// A rig of kind kReplay at one over the median step; nothing is known of its device and sensor. The
-  /// position of strokes is an instrument's, unless hapticd recorded it from encoders.
+  /// Properties of a rig of kind kReplay with a rate of one over the median step; nothing is known of its
+  /// device and sensor. The position of strokes is an instrument's, unless hapticd recorded it from encoders.
   hal::RigInfo rig_info() const;
 
-  /// Hands on every row; the visitor ends it by returning false.
+  /// Passes every row to the visitor, which ends it by returning false.
   std::optional<hal::Error> read(const std::function<bool(const rt::Observation&)>& visit) const;
 
  private:

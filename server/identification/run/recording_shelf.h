@@ -16,28 +16,28 @@
 
 namespace hapticd::server {
 
-/// A recording that was uploaded; its file lives as long as anyone holds it, and not beyond the process.
+/// Recording that was uploaded; its file lives as long as anything holds it, and not beyond the process.
 struct ShelvedRecording {
   explicit ShelvedRecording(UnnamedFile text) : file(std::move(text)) {}
 
   std::string id;  ///< "recording-3"
   UnnamedFile file;
   RecordingDescription description;
-  double normal_force_n = 0.0;  ///< where it was constant and not recorded; 0 = not reported
+  double normal_force_n = 0.0;  ///< if it was constant and not recorded; 0 = not reported
   std::string sha256;           ///< of its text, hexadecimal
   std::uint64_t rows = 0;       ///< of CSV: lines that are neither empty nor a comment, less the header
 };
 
-/// Uploaded recordings, in temporary files without names until the daemon ends, however it does. Any thread.
+/// Uploaded recordings, in temporary files without names until the daemon ends, however it ends. Any thread.
 class RecordingShelf {
  public:
   static constexpr std::size_t kMaxRecordings = 8;
   static constexpr std::uint64_t kMaxBytes = 2ULL << 30;
 
-  /// One upload under way; dropped, it leaves nothing behind.
+  /// Upload under way; dropped, it leaves nothing behind.
   class Upload {
    public:
-    /// Appends; refused where it grows too large or the disk is full.
+    /// Appends; refused if it grows too large or the disk is full.
     std::optional<Refusal> append(std::string_view bytes);
 
    private:
@@ -51,7 +51,7 @@ class RecordingShelf {
   };
 
   Outcome<std::unique_ptr<Upload>> begin(const RecordingDescription& description, double normal_force_n);
-  /// Puts it on the shelf; the oldest makes room.
+  /// Puts it into the store of recordings; the oldest makes room.
   Outcome<std::shared_ptr<const ShelvedRecording>> finish(std::unique_ptr<Upload> upload);
   Outcome<std::shared_ptr<const ShelvedRecording>> find(const std::string& id) const;
 

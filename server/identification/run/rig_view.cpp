@@ -7,7 +7,7 @@
 namespace hapticd::server {
 
 RigView::Needs RigView::needs_of(const IdentificationTask& task) noexcept {
-  // Of an inclusion the place is found, in the rig's frame.
+  // An inclusion's place is found in the rig's frame.
   if (std::holds_alternative<identification::InclusionTask>(task)) return Needs::kSeated;
   if (is_about_object(task)) return Needs::kUpright;
   return std::holds_alternative<identification::ThresholdTask>(task) ? Needs::kSeated : Needs::kRaw;

@@ -13,19 +13,19 @@
 
 namespace hapticd::server {
 
-/// The live rig as an identification sees it: with the tool's mass and the sensor's seat as they were
+/// View of the live rig for an identification: with the tool's mass and the sensor's seat as they were
 /// identified before, the sensor's zero followed, and the press and the line turned to where it expects them.
 class RigView {
  public:
-  /// `geometry`: usable.
+  /// Makes a view. `geometry`: usable.
   RigView(const IdentificationTask& task, const identification::PressGeometry& geometry,
           const hal::RigInfo& rig, const RigModels& models, const ZeroInForce& zero);
 
-  /// With the mass of the tool that is used.
+  /// Properties of the rig with the mass of the tool that is used.
   const hal::RigInfo& rig_info() const { return rig_; }
-  /// Each observation, in order.
+  /// Converts each observation, in order.
   rt::Observation see(const rt::Observation& observation) noexcept;
-  /// What of the rig's own models is used; empty where nothing is.
+  /// Models of the rig that are used, in words; empty if none is.
   const std::string& remark() const { return remark_; }
 
  private:

@@ -8,16 +8,16 @@
 
 namespace hapticd::server {
 
-/// Why an identification that needs the force sensor cannot go on: nothing fresh comes from it or from the
-/// device, the sensor was never biased, or its zero changed under way.
+/// Checks why an identification that needs the force sensor cannot go on: nothing fresh comes from it or from
+/// the device, the sensor was never biased, or its zero changed under way.
 class SampleWatch {
  public:
   static constexpr double kMaxSilenceS = 1.0;
 
-  /// `needs_bias`: the reading itself is used, not only how it changes.
+  /// Makes a check. `needs_bias`: the reading itself is used, not only how it changes.
   explicit SampleWatch(bool needs_bias) : needs_bias_(needs_bias) {}
 
-  /// Each sample, with its time since the first.
+  /// Checks each sample, with its time since the first.
   std::optional<hal::Error> look(const hal::RigSample& sample, double now_s) {
     using namespace hal::sample_status;
     if ((sample.status & (kDeviceFault | kDeviceNotReady)) == 0) device_fit_s_ = now_s;

@@ -15,7 +15,7 @@ class Sha256Stream {
   Sha256Stream& operator=(const Sha256Stream&) = delete;
 
   void add(std::string_view bytes);
-  /// 64 hexadecimal digits; nothing may be added afterwards.
+  /// Returns 64 hexadecimal digits; nothing may be added afterwards.
   std::string finish();
 
  private:

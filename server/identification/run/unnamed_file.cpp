@@ -14,7 +14,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// For file systems that make no unnamed files (O_TMPFILE): the name lives for a moment only.
+/// Opens a file on file systems that make no unnamed files (O_TMPFILE): the name lives for a moment only.
 int open_and_unlink(const std::string& folder) {
   std::string name = folder + "/hapticd-XXXXXX";
   const int descriptor = mkostemp(name.data(), O_CLOEXEC);

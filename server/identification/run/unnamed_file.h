@@ -8,19 +8,19 @@
 
 namespace hapticd::server {
 
-/// A temporary file without a name: the kernel takes it away with the last descriptor, however the process
-/// ends. Written by one thread, then read by any.
+/// Temporary file without a name: the kernel removes it with the last descriptor, however the process ends.
+/// Written by one thread, then read by any.
 class UnnamedFile {
  public:
-  /// In $TMPDIR, else in /tmp; the error names the folder and what the system says.
+  /// Makes a file in $TMPDIR, else in /tmp; the error names the folder and what the system says.
   static hal::Result<UnnamedFile> create();
   UnnamedFile(UnnamedFile&& other) noexcept;
   UnnamedFile& operator=(UnnamedFile&& other) noexcept;
   ~UnnamedFile();
 
-  /// All of it, or what the system says.
+  /// Appends all of it; otherwise returns what the system says.
   std::optional<hal::Error> append(std::string_view bytes);
-  /// By which this process may open it for reading, as often as it likes, while this lives.
+  /// Path by which this process may open it for reading, as often as it likes, while this lives.
   std::string path() const;
 
  private:

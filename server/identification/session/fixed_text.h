@@ -7,7 +7,7 @@
 
 namespace hapticd::identification {
 
-/// A number with so many digits behind the point; "unknown" where it is none.
+/// Number with so many digits behind the point; "unknown" if it is not a number.
 inline std::string fixed_text(double value, int digits) {
   if (!std::isfinite(value)) return "unknown";
   std::ostringstream stream;
@@ -17,7 +17,7 @@ inline std::string fixed_text(double value, int digits) {
   return stream.str();
 }
 
-/// As std::snprintf() writes it.
+/// Formats as std::snprintf() does.
 template <class... Values>
 std::string formatted(const char* format, Values... values) {
   char line[200];

@@ -13,7 +13,7 @@ namespace hapticd::identification {
 namespace {
 
 constexpr double kMinReactionN = 0.2;
-/// A tip that is held by friction still moves a little against the encoders: at rest they say nothing.
+/// A tip that is held by friction still moves a little against the encoders: at rest they show nothing.
 constexpr double kMinStrokeSpeedMmPerS = 2.0;
 constexpr double kPreslidingMmPerS = 40.0;
 

@@ -27,15 +27,15 @@ namespace hapticd::identification {
 /// `procedure` and the remarks say which. Reactions are the sensor's, weight and inertia of the tool
 /// subtracted.
 ///
-/// While it turns the tip slides unseen, until the motors' dry friction gives way: that counts as slid, by
+/// The tip slides unseen while it turns, until the motors' dry friction gives way: that counts as slid, by
 /// the friction and the structural stiffness that the device states (unseen_turn_mm()). An exponent above 1
-/// is found only where the position is the tip's own, of an instrument (RigInfo::has_external_position).
+/// is found only if the position is the tip's own, of an instrument (RigInfo::has_external_position).
 ///
 /// A recording (RigKind::kReplay) shows position along x, the friction on the tool as sensor_force_n.x
 /// (against the motion, thus negative while x grows) and the normal force as sensor_force_n.z. Its normals
 /// are up, unless the height varies and strokes are long enough to determine the mean direction. Its friction
-/// channel may have an offset, which is found as well. `normal_force_n` > 0 stands for the normal force;
-/// where there is none at all (sensor_force_n.z = 0 throughout) friction is given in newton as
+/// channel may have an offset, which is found as well. `normal_force_n` > 0 replaces the normal force;
+/// if there is none at all (sensor_force_n.z = 0 throughout) friction is given in newton as
 /// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.
 ///
 /// finish() chooses the law of a rod by passages held out of the fit (FrictionLawChoice) unless the task says
@@ -43,9 +43,8 @@ namespace hapticd::identification {
 /// those passages is listed as "held_out_dahl", "held_out_dahl_exponent" and "held_out_maxwell_slip".
 ///
 /// Parameters: "kinetic", "presliding_mm", "viscous_n_s_per_mm"; "exponent", "force_bias_n",
-/// "coulomb_force_n" where they were asked for or apply; "maxwell_slip_elements", how many, where that law
-/// was chosen. The standard errors of its level and presliding are then those of Dahl's law on the same
-/// strokes.
+/// "coulomb_force_n" if they were asked for or apply; "maxwell_slip_elements", how many, if that law was
+/// chosen. The standard errors of its level and presliding are then those of Dahl's law on the same strokes.
 class FrictionIdentification final : public Identification {
  public:
   static constexpr double kNominalNormalN = 10.0;
@@ -69,7 +68,7 @@ class FrictionIdentification final : public Identification {
 
   void count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s);
   hal::Result<Fit> fit(bool exponent) const;
-  /// The same strokes by Maxwell-slip elements; an error where none can be fitted.
+  /// Fits the same strokes by Maxwell-slip elements; an error if none can be fitted.
   hal::Result<Fit> with_maxwell_slip(Fit dahl) const;
   void refit() const;
   Coverage coverage() const;
@@ -101,11 +100,11 @@ class FrictionIdentification final : public Identification {
   std::vector<std::uint32_t> counts_;
   double max_force_n_ = 0.0, max_speed_mm_per_s_ = 0.0;
 
-  // What progress() last found; fitting again is not worth it before another passage is complete.
+  // Result that progress() last found; fitting again is not worth it before another passage is complete.
   mutable std::uint64_t fitted_passages_ = 0;
   mutable std::optional<Fit> fitted_;
   mutable std::optional<hal::Error> failed_;
-  /// What the present fit is compared with.
+  /// Fit with which the present one is compared.
   struct Reference {
     rt::FrictionParameters parameters;
     std::uint64_t passages = 0;

@@ -8,7 +8,7 @@
 
 namespace hapticd::identification {
 
-// The plane of conditions: what strokes up to 110 mm/s at three forces visit.
+// Plane of conditions: what strokes up to 110 mm/s at three forces visit.
 inline constexpr int kSpeedBins = 3;
 inline constexpr double kMaxSpeedMmPerS = 120.0;
 inline constexpr int kForceBins = 3;

@@ -47,7 +47,7 @@ Coverage FrictionIdentification::coverage() const {
   return coverage;
 }
 
-/// Not where all of the row is more than the tip slides under, or than the sensor bears.
+/// True if a row is asked for: not if all of it is more than the tip slides under, or than the sensor bears.
 bool FrictionIdentification::asks_for_row(int row) const {
   return row == 0 || effort_.limit_n() >= row * kMaxForceN / kForceBins;
 }
@@ -97,7 +97,7 @@ MotionRequest FrictionIdentification::next_request() const {
   refit();
   const int row = lacking_force_row();
   if (row < 0 && fitted_ && certain(*fitted_) && change_ < kSteady) return request;
-  // Calm strokes first, and again where all is covered but not known well enough.
+  // Calm strokes come first, and again when all is covered but not known well enough.
   constexpr std::uint64_t kCalmPassages = 3;
   const bool calm = task_.tip == rt::Tip::kRod && (passages_.completed() < kCalmPassages || row < 0);
   const int force = passages_.completed() < kCalmPassages ? kForceBins / 2

@@ -18,7 +18,7 @@ constexpr double kPressedN = 0.4;  // of the sensor: the hand is on the object
 constexpr double kFreeN = 0.2;
 constexpr double kFreeForS = 0.25;
 constexpr double kSilentS = 0.1;    // no force at all under a pressing hand, after there was some
-constexpr double kNotReadyS = 0.5;  // and where there was none yet
+constexpr double kNotReadyS = 0.5;  // and if there was none yet
 constexpr double kQuietN = 0.05;
 // Amplitude below which an oscillation is taken for the hand's own tremor or the encoder's step.
 constexpr double kMinMm = 0.05;
@@ -61,7 +61,7 @@ double GainsIdentification::bounded_derivative_ms(double gain, double wanted_ms)
   return std::clamp(wanted_ms, 0.0, kDerivativeShare * std::max(0.0, admitted_ms));
 }
 
-/// Oscillates at `end`, or the controller's own limit is there.
+/// Ends a range: it oscillates at `end`, or the controller's own limit is there.
 void GainsIdentification::close_range(double end, double period_s) {
   if (range_from_ > 0.0 && end / range_from_ > ultimate_ / std::max(1e-9, lowest_holding_)) {
     lowest_holding_ = range_from_;
@@ -72,7 +72,7 @@ void GainsIdentification::close_range(double end, double period_s) {
   range_from_ = 0.0;
 }
 
-/// The next gain, or the end of the search.
+/// Goes on to the next gain, or to the end of the search.
 void GainsIdentification::go_on() {
   phase_ = Phase::kSearch;
   const bool oscillates = range_from_ == 0.0;
@@ -88,7 +88,7 @@ void GainsIdentification::go_on() {
   choose();
 }
 
-/// The next gains to try; the one gate to what is ever requested.
+/// Proposes the next gains to try; all that is ever requested passes here.
 void GainsIdentification::propose(double gain, double derivative_ms) {
   gain = std::min(gain, kLastGain);
   if (!rt::gains_are_stable({rt::ControlLaw::kClosedLoop, gain, derivative_ms}, rig_.rate_hz))
@@ -123,7 +123,7 @@ void GainsIdentification::end_trial(bool oscillates) {
   switch (phase_) {
     case Phase::kSearch:
       if (oscillates && range_from_ > 0.0) {
-        phase_ = Phase::kConfirm;  // the same gain again: one knock of the hand is no limit
+        phase_ = Phase::kConfirm;  // the same gain again: one knock of the hand does not make a limit
         return;
       }
       if (!oscillates) {
@@ -294,7 +294,7 @@ IdentificationProgress GainsIdentification::progress() const {
 
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   if (ultimate_ > 0.0) {
-    // The search goes in steps: the limit is anywhere within the last of them.
+    // The search goes in steps: the limit is anywhere within the last step.
     const double step_error = limit_first_ ? kUnknown : ultimate_ * (kStep - 1.0) / std::sqrt(12.0);
     progress.parameters.push_back({"ultimate_gain", "1", ultimate_, step_error});
     progress.parameters.push_back(

@@ -17,17 +17,17 @@ namespace hapticd::identification {
 /// by kStep with Kd = 0 until the tip keeps oscillating; then Kp = 0.6 K_c, Kd = Kp T_c / 8, tried in a last
 /// press.
 ///
-/// With its observer the controller is a lag of 1/Kp - 1 periods: gains that are too low oscillate as well.
+/// The controller with its observer is a lag of 1/Kp - 1 periods: gains that are too low oscillate as well.
 /// The search passes through bands that oscillate as long as Kp < 1, where more gain still means less delay,
 /// and keeps the widest range that holds; K_c is its upper end. It never asks for a gain outside the
-/// controller's own stable region (Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), and where no oscillation comes before
+/// controller's own stable region (Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), and if no oscillation comes before
 /// Kp = 2 it says so.
 ///
 /// Safety: an oscillation is reported within a few cycles, one that grows earlier; from that tick on
 /// request() asks for a free hand and no force, and requests should be carried out at once.
-/// Force far beyond the hand's own is that of a target which this object does not admit: the search ends
-/// there. A press under which the device is silent (it did not render yet, or a late tick ended the contact)
-/// is asked for again, kMaxLostPresses - 1 times.
+/// A force far beyond the hand's own means a target which this object does not admit: the search ends there.
+/// A press under which the device is silent (it did not render yet, or a late tick ended the contact) is
+/// asked for again, kMaxLostPresses - 1 times.
 class GainsIdentification final : public Identification {
  public:
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);

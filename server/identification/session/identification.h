@@ -11,7 +11,7 @@
 
 namespace hapticd::identification {
 
-/// What an identification wants to happen next: said in words to a user, done by the simulated hand.
+/// Motion that an identification wants next: described in words to a user, done by the simulated hand.
 struct MotionRequest {
   enum class Motion : std::uint8_t {
     kRest,        ///< hold the tool still, free
@@ -20,9 +20,9 @@ struct MotionRequest {
     kTap,         ///< strike at `speed_mm_per_s`, `repetitions` times
     kStroke,      ///< slide back and forth under `force_n` at `speed_mm_per_s`
     kLightTaps,   ///< touch lightly along a line, to scan the surface
-    kStrikeFree,  ///< strike at `speed_mm_per_s` where nothing is
+    kStrikeFree,  ///< strike at `speed_mm_per_s` in free air
   };
-  /// What the device does meanwhile.
+  /// Action of the device meanwhile.
   enum class Device : std::uint8_t {
     kNothing,     ///< no force; only watched
     kWall,        ///< a virtual wall of `stiffness_n_per_mm`, no object
@@ -48,7 +48,7 @@ struct MotionRequest {
   std::string words;                  ///< "press deeper than 6 mm"; what is missing and why
 };
 
-/// How much of a plane of conditions was visited.
+/// Coverage of a plane of conditions.
 struct Coverage {
   struct Axis {
     std::string quantity;  ///< "displacement"
@@ -66,7 +66,7 @@ struct Coverage {
   bool has_enough(std::size_t cell) const noexcept {
     return required[cell] == 0 || counts[cell] >= enough_samples;
   }
-  /// Sets the share; `without` where nothing is required.
+  /// Sets the share; `without` if nothing is required.
   void update_share(double without = 1.0) noexcept {
     std::size_t all = 0, met = 0;
     for (std::size_t cell = 0; cell < required.size(); ++cell) {
@@ -78,7 +78,7 @@ struct Coverage {
   }
 };
 
-/// A few points to look at: what was measured and what the model makes of it.
+/// Point to look at: what was measured and what the model makes of it.
 struct FitPoint {
   double x = 0.0;
   double measured = 0.0;
@@ -101,19 +101,20 @@ struct IdentificationProgress {
   std::vector<std::string> remarks;  ///< what was left out or looks wrong: gaps, saturation
 };
 
-/// One identification under way. Fed tick by tick, asked now and then. Bounded memory however long it lasts,
-/// bounded time per tick; no clock and no I/O of its own. Unfit samples (non-finite, stale, saturated, a gap)
-/// are left out and counted in the remarks. Not thread-safe.
+/// Identification under way: gets every tick, and is asked now and then. Bounded memory however long it
+/// lasts, bounded time per tick; reads no clock and does no I/O. Unfit samples (non-finite, stale, saturated,
+/// a gap) are left out and counted in the remarks. Not thread-safe.
 class Identification {
  public:
   virtual ~Identification() = default;
 
   virtual void add(const rt::Observation& observation) = 0;
-  /// What should happen next. Asked again once it has been done; ends with kRest when nothing is wanted.
+  /// Motion that should happen next. Asked again once it has been done; ends with kRest when nothing is
+  /// wanted.
   virtual MotionRequest next_request() const = 0;
   virtual IdentificationProgress progress() const = 0;
-  /// The model as far as the data go, `converged` or not. An error where they do not show it at all, saying
-  /// what is missing. `device`, `sensor`, `object` and `data_reference` are left for the caller.
+  /// Finishes the model as far as the data go, `converged` or not. An error if they do not show it at all,
+  /// saying what is missing. `device`, `sensor`, `object` and `data_reference` are left for the caller.
   virtual hal::Result<rt::IdentifiedModel> finish() const = 0;
 };
 

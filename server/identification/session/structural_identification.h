@@ -67,7 +67,7 @@ class StructuralIdentification final : public Identification {
   struct Row {
     hal::Vector3 deflection_mm;  ///< outside minus encoders; rigid contact: outside = 0
     hal::Vector3 force_n;
-    double reaction_n = 0.0;  ///< the sensor's; 0 where there is none
+    double reaction_n = 0.0;  ///< the sensor's; 0 if there is none
     hal::Vector3 force_rate_n_per_s;
     hal::Vector3 velocity_mm_per_s;
     hal::Vector3 place_mm;
@@ -88,7 +88,7 @@ class StructuralIdentification final : public Identification {
   /// What the object's own compliance may hide, rigid contact only.
   struct RigidBounds {
     double reaction_ratio = 1.0;       ///< force on the object over that of the device
-    double upper_n_per_mm = HUGE_VAL;  ///< infinite where the assumed object is as soft as what was found
+    double upper_n_per_mm = HUGE_VAL;  ///< infinite if the assumed object is as soft as what was found
     double relative_error = 0.0;       ///< of the lower bound, as a standard error
   };
   // structural_presses.cpp
@@ -136,7 +136,7 @@ class StructuralIdentification final : public Identification {
   std::size_t presses_seen_ = 0;
   std::vector<double> history_;  ///< compliance at the centre after each press
 
-  double heat_ = 0.0;     ///< of the motors, as a share of what they bear; 0 where nothing is known of it
+  double heat_ = 0.0;     ///< of the motors, as a share of what they bear; 0 if nothing is known of it
   bool cooling_ = false;  ///< since the last press, until the next one has room
   std::int64_t heated_at_ns_ = 0;
 

@@ -8,7 +8,8 @@ namespace hapticd::identification {
 
 namespace {
 
-constexpr double kLoadedN = 0.05;      // less is no press: friction and DAC steps are of this size
+constexpr double kLoadedN = 0.05;      // less does not count as a press: friction and DAC steps are of this
+                                       // size
 constexpr double kFirmN = 0.5;         // a press whose peak is less says nothing
 constexpr double kMovingMmPerS = 3.0;  // below, the sign of friction is not known
 constexpr double kQuasiStaticNPerS = 80.0;

@@ -12,10 +12,10 @@
 
 namespace hapticd::identification {
 
-/// What is to be identified and how far. Each task is carried out by the Identification of its name, which is
-/// given the rig's properties next to it. A recording is a rig of kind RigKind::kReplay whose `rate_hz` is
-/// one over the median step; nothing can be asked of it, gaps and uneven steps are to be expected, its sensor
-/// has no tool mass and its encoders an unknown noise.
+/// Tasks: what is to be identified and how far. Each task is carried out by the Identification of its name,
+/// which is given the rig's properties next to it. A recording is a rig of kind RigKind::kReplay whose
+/// `rate_hz` is one over the median step; nothing can be asked of it, gaps and uneven steps are to be
+/// expected, its sensor has no tool mass and its encoders an unknown noise.
 
 enum class ContactFitMethod : std::uint8_t {
   kRecursiveThenBatch,  ///< recursive while it runs, refined by batch in finish()
@@ -37,19 +37,20 @@ struct FrictionTask {
   rt::Tip tip = rt::Tip::kRod;
   double length_mm = 30.0;  ///< of the line scanned and stroked, along x, centred on the home
   double threshold_n = 0.02;
-  double normal_force_n =
-      0.0;  ///< recordings: the constant normal force where it was not recorded; 0 = it was
-  /// Rod: Dahl's law with its exponent found, whatever that is worth; false: the law that the data ask for.
+  double normal_force_n = 0.0;  ///< recordings: the constant normal force if it was not recorded; 0 = it was
+  /// Rod: true finds the exponent of Dahl's law, whatever that is worth; false: the law that the data ask
+  /// for.
   bool exponent = false;
   bool exponent_is_one = false;  ///< rod: Dahl's law as in D§4.4.1, whatever the data ask for
 };
 
 struct StructuralStiffnessTask {
   bool constant = false;  ///< one value for everywhere; false = a field
-  /// Without an instrument: the device presses the tip on a rigid object, so that all motion of the encoders
-  /// under force is deflection. Always one value, where the object stands.
+  /// True without an instrument: the device presses the tip on a rigid object, so that all motion of the
+  /// encoders under force is deflection. Always one value, at the object's place.
   bool rigid_contact = false;
-  /// Rigid contact: assumed, not measured. What a softer object would give way is not in the uncertainty.
+  /// Stiffness of a rigid contact: assumed, not measured. The uncertainty does not include what a softer
+  /// object would give way.
   double least_object_stiffness_n_per_mm = 1000.0;
 };
 
@@ -59,11 +60,11 @@ struct ThresholdTask {
   double duration_s = 20.0;  ///< of free motion
 };
 
-/// The object without its inclusion, as far as it is known: presses on it, or its law. One of them, or none.
+/// Object without its inclusion, as far as it is known: presses on it, or its law. One of them, or none.
 struct InclusionReference {
   std::vector<Press> presses;
   std::optional<rt::HuntCrossleyParameters> law;
-  std::string words;  ///< "recording 'x.csv'"; empty where there is none
+  std::string words;  ///< "recording 'x.csv'"; empty if there is none
 
   bool is_there() const noexcept { return law.has_value() || !presses.empty(); }
 };
@@ -72,8 +73,8 @@ struct InclusionTask {
   double reach_mm = 24.0;         ///< the scan, about the home of the tool
   double spacing_mm = 8.0;        ///< of its places
   double displacement_mm = 13.0;  ///< how deep the presses go
-  /// How deep the inclusion lies, where that is known: presses straight over it are enough then, and a
-  /// reference is needed. 0 = found by a scan.
+  /// Depth of the inclusion, if that is known: presses straight over it are enough then, and a reference is
+  /// needed. 0 = found by a scan.
   double known_depth_mm = 0.0;
   std::optional<double> tip_radius_mm;  ///< of the ball that presses, 0 = a point; none = not known
   double threshold_n = 0.03;

@@ -23,7 +23,7 @@ constexpr double kEnoughLevelError = 0.25;  // of ε_f, relative
 constexpr double kSmallRecord = 1.15;       // times the one before
 constexpr double kAlone = 4.0;              // times the third greatest second: hardly free motion
 
-// A class may hold seconds of two kinds, with a strike and without: its upper quarter is of one.
+// A class may hold seconds of two kinds, with a strike and without: its upper quarter is of one kind.
 constexpr double kTailShare = 0.25;
 constexpr std::uint64_t kFewSeconds = 10;
 constexpr std::size_t kLevelCount = 480;
@@ -32,7 +32,7 @@ double value_of(std::size_t level) noexcept {
   return kMinN * std::pow(kMaxN / kMinN, (static_cast<double>(level) + 0.5) / kLevelCount);
 }
 
-/// From one orientation to the other, 0 … 180.
+/// Angle from one orientation to the other, 0 … 180.
 double angle_deg(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
   const double half_cosine = std::abs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
   return 2.0 * std::acos(std::min(1.0, half_cosine)) * 180.0 / std::numbers::pi;
@@ -76,7 +76,7 @@ void ThresholdIdentification::add(const rt::Observation& observation) {
     settled_s_ = 0.0;
     velocity_mm_per_s_ = {};
   }
-  // At the instants at which each was measured, as the detector has it.
+  // Residual at the instants at which each was measured, as the detector has it.
   const hal::Vector3 r =
       residual_.update({load_.without_weight_n(sample) * -1.0, sample.tip_position_mm,
                         sample.time_ns - sample.position_age_ns, sample.time_ns - sample.force_mean_age_ns},
@@ -91,12 +91,12 @@ void ThresholdIdentification::add(const rt::Observation& observation) {
 
   ++used_;
   observed_s_ += step_s;
-  // The detector allows for what irregular ticks leave uncertain: it is no part of the threshold.
+  // The detector allows for what irregular ticks leave uncertain: it does not belong to the threshold.
   const double size_n = std::max(0.0, rt::norm(r) - residual_.irregular_n());
   second_s_ += step_s;
   second_largest_n_ = std::max(second_largest_n_, size_n);
   if (size_n > largest_n_) {
-    // What rises tick by tick is one record, not many.
+    // A force that rises tick by tick is one record, not many.
     if (observed_s_ > largest_at_s_ + 0.1) largest_before_n_ = largest_n_;
     largest_n_ = size_n;
     largest_at_s_ = observed_s_;

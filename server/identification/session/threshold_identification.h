@@ -16,14 +16,14 @@ namespace hapticd::identification {
 /// ε_f of the contact detection: the smallest threshold without a false alarm in free motion (D§3.2.2), on
 /// the residual that the detection itself listens to.
 ///
-/// That nothing exceeded the largest residual seen says little beyond the time it was watched: in n seconds
+/// The largest residual seen says little beyond the time it was watched: in n seconds
 /// free of alarms the next second raises one with probability 1/(n + 1), whatever the distribution. So the
 /// greatest residual of each second is collected, apart for seconds of slow and of fast motion, and what
 /// exceeds their upper quartile is taken to fall off exponentially (peaks over threshold, Pickands 1975); ε_f
 /// is what the tail of the worst class exceeds once in kAlarmFreeS, or the largest residual seen, whichever
-/// is greater. It holds for motion no more violent than what was seen.
+/// is greater. The result holds for motion no more violent than what was seen.
 ///
-/// Believes the tool's mass that the rig states; a sensor biased with the tool upright.
+/// Uses the tool's mass that the rig states, and needs a sensor that was biased with the tool upright.
 class ThresholdIdentification final : public Identification {
  public:
   ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig);
@@ -33,8 +33,8 @@ class ThresholdIdentification final : public Identification {
   IdentificationProgress progress() const override;
   hal::Result<rt::IdentifiedModel> finish() const override;
 
-  /// Of free motion for one false alarm expected. All of it as violent as the worst class: of use that
-  /// strikes the air now and then this is hours.
+  /// Time of free motion for one false alarm expected, if all of it is as violent as the worst class: with
+  /// use that strikes the air now and then this is hours.
   static constexpr double kAlarmFreeS = 600.0;
 
  private:
@@ -52,9 +52,10 @@ class ThresholdIdentification final : public Identification {
     std::uint64_t seconds = 0;
     bool known = false;
   };
-  /// Of `levels`, which hold `seconds` seconds.
+  /// Tail of `levels`, which hold `seconds` seconds.
   static Tail tail_of(const std::array<std::uint32_t, kLevels>& levels, std::uint64_t seconds);
-  /// The class of motion that asks for most; classes seen for a few seconds only count with the slower ones.
+  /// Tail of the class of motion that asks for most; classes seen for a few seconds only count with the
+  /// slower ones.
   Tail tail() const;
   void close_second();
 

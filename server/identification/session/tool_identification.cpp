@@ -110,7 +110,7 @@ ToolIdentification::Estimate ToolIdentification::estimate(std::size_t count) con
   result.blocks = count;
   if (!result.fit.good) return result;
 
-  // Which blocks fit far worse than half of them do? Twice: one gross error hides the next.
+  // Blocks that fit far worse than half of them do are left out. Twice: one gross error hides the next.
   for (int round = 0; round < 2 && count >= 8; ++round) {
     std::vector<double> left;
     for (std::size_t i = 0; i < count; ++i) left.push_back(misfit(result.fit, blocks_[i].centred()).force_n2);

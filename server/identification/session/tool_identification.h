@@ -35,8 +35,8 @@ class ToolIdentification final : public Identification {
     std::size_t blocks = 0;
   };
   Estimate estimate(std::size_t blocks) const;
-  /// The sums of all, stretch by stretch about its own mean but for the last: the sensor's zero drifts, and
-  /// the bias wanted is that of the end.
+  /// Sums of all, stretch by stretch about its own mean but for the last: the sensor's zero drifts, and the
+  /// bias wanted is that of the end.
   ToolMoments without_drift(const std::vector<ToolMoments>& blocks) const;
   std::vector<rt::EstimatedParameter> parameters(const ToolLoadFit& fit) const;
   bool cell_enough(int x, int y) const noexcept;

@@ -7,7 +7,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// Relative ones are ignored, by the XDG base directory specification.
+/// Folder in a variable; relative ones are ignored, by the XDG base directory specification.
 std::filesystem::path folder_in(const char* variable) {
   const char* value = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe): before there are threads
   const std::filesystem::path folder = value != nullptr ? value : "";

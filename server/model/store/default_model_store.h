@@ -4,8 +4,8 @@
 
 namespace hapticd::server {
 
-/// Where models are kept when no one says where: models.sqlite in $STATE_DIRECTORY (systemd), else in
-/// $XDG_STATE_HOME/hapticd, else in $HOME/.local/state/hapticd. Empty where none of them is set.
+/// Path of the models if none is given: models.sqlite in $STATE_DIRECTORY (systemd), else in
+/// $XDG_STATE_HOME/hapticd, else in $HOME/.local/state/hapticd. Empty if none of them is set.
 std::string default_model_store();
 
 }  // namespace hapticd::server

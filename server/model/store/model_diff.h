@@ -8,15 +8,15 @@
 
 namespace hapticd::server {
 
-/// One parameter of two models; absent where one has none of that name.
+/// One parameter of two models; absent if one has none of that name.
 struct ParameterDifference {
   std::string name;
   std::string unit;
   std::optional<double> value_a;
   std::optional<double> value_b;
-  std::optional<double> relative;    ///< (b - a) / a; none where a is zero
+  std::optional<double> relative;    ///< (b - a) / a; none if a is zero
   std::optional<double> deviations;  ///< |b - a| over the root of the sum of squared standard errors; none
-                                     ///< where that is unknown or infinite
+                                     ///< if that is unknown or infinite
 };
 
 struct ModelDifference {

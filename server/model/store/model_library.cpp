@@ -17,7 +17,7 @@ void sort_uniquely(std::vector<std::string>& words) {
   words.erase(std::unique(words.begin(), words.end()), words.end());
 }
 
-/// Zero means unknown; the known one of two limits is used.
+/// Narrower of two limits; zero means unknown, then the other is used.
 double narrower(double a, double b) {
   if (a == 0.0 || b == 0.0) return std::max(a, b);
   return std::min(a, b);

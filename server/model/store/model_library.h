@@ -57,43 +57,43 @@ class ModelLibrary {
     std::string name;
     std::optional<rt::ObjectModel> model;
     std::vector<std::string> stored;  ///< hashes of the stored models it is made of
-    std::string problem;              ///< where there is no model: why
+    std::string problem;              ///< if there is no model: why
   };
 
-  /// An empty folder name: built-in models only. Without a store there are model files only.
+  /// Makes a library. An empty folder name: built-in models only. Without a store there are model files only.
   explicit ModelLibrary(std::string folder = {}, std::shared_ptr<ModelStore> store = nullptr)
       : texts_("model", builtin_models(), std::move(folder)), store_(std::move(store)) {}
 
-  /// Sorted by name; of the stored models those that are tagged "current".
+  /// Lists the models, sorted by name; of the stored ones those that are tagged "current".
   std::vector<Entry> list() const;
   std::vector<std::string> names() const;
-  /// Whether there is a file or a tagged model of the object, even if it cannot be used or lacks the tag.
+  /// True if there is a file or a tagged model of the object, even if it cannot be used or lacks the tag.
   bool contains(const std::string& name) const;
-  /// Unknown names and tags are an error with a suggestion.
+  /// Finds a model; unknown names and tags are an error with a suggestion.
   hal::Result<rt::ObjectModel> find(const std::string& name) const;
-  /// The same with the origins. kNotFound where there is none, kInvalidArgument where it cannot be used.
+  /// Finds a model with the origins. kNotFound if there is none, kInvalidArgument if it cannot be used.
   Outcome<FoundModel> find_parts(const std::string& name) const;
-  /// The stored model of an inclusion, NAME or NAME@TAG. kNotFound with a suggestion where there is none.
+  /// Finds the stored model of an inclusion, NAME or NAME@TAG. kNotFound with a suggestion if there is none.
   Outcome<FoundModel::Origin> find_inclusion(const std::string& name) const;
-  /// Whether the object's friction is known for the other tip only.
+  /// True if the object's friction is known for the other tip only.
   bool has_friction_of_bearing(const std::string& name) const;
   /// The models for this device and sensor.
   RigModels of_rig(const hal::RigInfo& rig) const;
-  /// An error when there is a folder, but it cannot be read.
+  /// Checks the folder: an error if there is one, but it cannot be read.
   std::optional<hal::Error> check_folder() const { return texts_.check_folder(); }
 
-  /// Null where there is none.
+  /// Store of the models; null if there is none.
   const std::shared_ptr<ModelStore>& store() const { return store_; }
 
  private:
   /// The stored model with the first of the tags that one has.
   FoundModel::Origin stored(const std::string& kind, const std::string& subject,
                             const std::vector<std::string>& tags) const;
-  /// Of all its models that scenes can use.
+  /// Tags of all models of an object that scenes can use.
   std::vector<std::string> tags_of(const std::string& object) const;
   hal::Error unknown(const std::string& object) const;
-  /// The kind of rig of the object's stored models that are of another kind than this rig; empty where there
-  /// are none.
+  /// Kind of rig of the object's stored models that are of another kind than this rig; empty if there are
+  /// none.
   std::string other_rig_kind(const std::string& object) const;
   hal::Error unknown_tag(const ModelName& name) const;
   /// Objects that have stored models tagged "current".

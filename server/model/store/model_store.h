@@ -22,17 +22,17 @@ struct StoredModel {
   rt::IdentifiedModel model;
   std::int64_t stored_at_unix_s = 0;
   std::vector<std::string> tags;  ///< sorted
-  /// "simulated" or "hardware": the rig it was identified on; empty where that is not known, for recordings
-  /// and imports.
+  /// "simulated" or "hardware": the rig it was identified on; empty if that is not known, for recordings and
+  /// imports.
   std::string rig_kind;
 
-  /// Its first digits, as shown to people.
+  /// First digits of the hash, as shown to people.
   std::string short_hash() const { return hash.substr(0, kShortHash); }
   static constexpr std::size_t kShortHash = 12;
 };
 
-/// What a tag is unique among, next to the kind: the object (for friction with its tip, "sponge/rod"), or the
-/// device, with its sensor where the model depends on that ("phantom_1_0/nano17_si_25").
+/// Subject within which a tag is unique, next to the kind: the object (for friction with its tip,
+/// "sponge/rod"), or the device, with its sensor if the model depends on that ("phantom_1_0/nano17_si_25").
 std::string subject_of(const rt::IdentifiedModel& model);
 
 /// The tag that scenes ask for when they name none.
@@ -51,7 +51,7 @@ struct EndedIdentification {
   std::string object;
   std::string state;
   std::int64_t ended_at_unix_s = 0;
-  std::string model_hash;  ///< empty where there is none; it may have been deleted since
+  std::string model_hash;  ///< empty if there is none; it may have been deleted since
   std::string problem;
 };
 
@@ -62,16 +62,16 @@ struct EndedIdentification {
 ///
 /// Refusals: kNotFound if it does not exist, kInvalidArgument if it is not a hash, name or model,
 /// kFailedPrecondition if it is in use or the file was moved or deleted, kUnavailable while another
-/// process keeps the file locked, kResourceExhausted where the disk is full, kInternal where the disk or the
-/// file fails.
+/// process keeps the file locked, kResourceExhausted if the disk is full, kInternal if the disk or the file
+/// fails.
 class ModelStore {
  public:
   using Until = std::chrono::steady_clock::time_point;
   /// Does not wait for another process. For what scenes ask of the store while they are loaded.
   static constexpr Until kNow{};
 
-  /// Makes the file and its folder where there are none, and brings an older file up to date. Refused, and
-  /// not changed: a file that is not such a database, is of a newer version, or is damaged. An empty path or
+  /// Makes the file and its folder if there are none, and brings an older file up to date. Refused, and not
+  /// changed: a file that is not such a database, is of a newer version, or is damaged. An empty path or
   /// ":memory:": in memory, lost at the end.
   ///
   /// `rig_kind`: of the served rig, as StoredModel::rig_kind. Models identified on it are stored with this
@@ -79,27 +79,27 @@ class ModelStore {
   /// hardware unless another tag asks for it. Empty: models of every kind are used.
   static hal::Result<std::unique_ptr<ModelStore>> open(const std::string& path,
                                                        const std::string& rig_kind = {});
-  /// Whether open() would accept the file. Creates and changes nothing.
+  /// Checks whether open() would accept the file. Creates and changes nothing.
   static std::optional<hal::Error> check(const std::string& path);
   ~ModelStore();
   ModelStore(const ModelStore&) = delete;
   ModelStore& operator=(const ModelStore&) = delete;
 
   bool in_memory() const;
-  /// Empty when in memory.
+  /// Path of the file; empty when in memory.
   const std::string& path() const;
-  /// Whether a model may be the "current" one of the rig.
+  /// True if a model may be the "current" one of the rig.
   bool serves(const StoredModel& stored) const;
 
   /// Stores a model. One that is stored already stays as it is, with its time and tags.
   Outcome<StoredModel> add(const rt::IdentifiedModel& model, Until until = kNow);
-  /// By any unambiguous beginning of its hash of at least 6 digits.
+  /// Gets a model by any unambiguous beginning of its hash of at least 6 digits.
   Outcome<StoredModel> get(std::string_view hash, Until until = kNow) const;
-  /// By its whole hash. True also while the file cannot be read.
+  /// True if a model has this whole hash. True also while the file cannot be read.
   bool contains(const std::string& hash, Until until = kNow) const;
-  /// Newest first. Models that cannot be read are logged and left out.
+  /// Lists models, newest first. Those that cannot be read are logged and left out.
   Outcome<std::vector<StoredModel>> list(const ModelFilter& filter = {}, Until until = kNow) const;
-  /// The one that has the tag; one of the rig's own kind is preferred to one of no kind.
+  /// Model that has the tag; one of the rig's own kind is preferred to one of no kind.
   Outcome<StoredModel> tagged(const std::string& kind, const std::string& subject, const std::string& tag,
                               Until until = kNow) const;
   /// Tags of models of this subject, sorted, each once.
@@ -108,7 +108,7 @@ class ModelStore {
 
   /// Sets the tag, and removes it from the model of the same kind, subject and kind of rig that had it.
   Outcome<StoredModel> tag(std::string_view hash, const std::string& tag, Until until = kNow);
-  /// kNotFound where it has no such tag.
+  /// kNotFound if it has no such tag.
   Outcome<StoredModel> untag(std::string_view hash, const std::string& tag, Until until = kNow);
   /// Deletes it with its tags, and returns the whole hash. `in_use` is asked under the store's lock.
   Outcome<std::string> erase(std::string_view hash,
@@ -120,7 +120,7 @@ class ModelStore {
 
   /// Stores one; of more than 1000 the oldest are deleted.
   Outcome<std::uint64_t> record_identification(const EndedIdentification& ended, Until until = kNow);
-  /// Newest first.
+  /// Lists identifications, newest first.
   Outcome<std::vector<EndedIdentification>> list_identifications(std::size_t limit, Until until = kNow) const;
 
  private:

@@ -93,7 +93,7 @@ std::optional<hal::Error> judge(const std::string& path, std::int32_t applicatio
 
 }  // namespace
 
-// The header is read without SQLite, which might write next to the file even when it only reads.
+// Checks the header, which is read without SQLite: that might write next to the file even when it only reads.
 std::optional<hal::Error> check_header(const std::string& path) {
   constexpr std::size_t kVersionAt = 60;
   constexpr std::size_t kApplicationIdAt = 68;
@@ -122,7 +122,7 @@ int number(SQLite::Database& database, const char* query) {
   return database.execAndGet(query).getInt();
 }
 
-/// Inside a transaction, so that all values are of the same moment.
+/// Checks inside a transaction, so that all values are of the same moment.
 std::optional<hal::Error> check_now(SQLite::Database& database, const std::string& path) {
   const int application_id = number(database, "PRAGMA application_id");
   const int version = number(database, "PRAGMA user_version");

@@ -19,7 +19,7 @@ inline constexpr int kVersion = 3;
 /// file that is empty or does not exist may be opened.
 std::optional<hal::Error> check_header(const std::string& path);
 
-/// The same for an open database, including its journal. Throws SQLite::Exception.
+/// Checks an open database, including its journal. Throws SQLite::Exception.
 std::optional<hal::Error> check(SQLite::Database& database, const std::string& path);
 
 /// Brings an open database to kVersion, all steps or none. Another process may do the same at the same time.

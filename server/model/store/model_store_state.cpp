@@ -38,7 +38,7 @@ Refusal disk_full(const std::string& where) {
           Reason::kDiskFull};
 }
 
-/// In lower case; an error where it is not the beginning of a hash.
+/// Beginning of a hash in lower case; an error if it is not one.
 hal::Result<std::string> as_prefix(std::string_view hash) {
   std::string prefix(hash);
   std::transform(prefix.begin(), prefix.end(), prefix.begin(),

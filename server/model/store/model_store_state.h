@@ -56,10 +56,10 @@ struct ModelStore::State {
     }
   }
 
-  /// Whether the file that is open is still the one at its path: what is written into another is lost with
+  /// True if the file that is open is no longer the one at its path: what is written into it is lost with
   /// this process, without a report.
   bool was_moved();
-  /// Every change ends with this.
+  /// Commits: every change ends with this.
   std::optional<Refusal> commit(SQLite::Transaction& transaction) {
     if (was_moved()) return moved_away(path);  // rolled back by its owner
     transaction.commit();
@@ -74,7 +74,7 @@ struct ModelStore::State {
   /// One row of hash, content, stored_at, rig_kind.
   Outcome<StoredModel> read_row(SQLite::Statement& query);
 
-  /// By its whole hash, which exists.
+  /// Reads a model by its whole hash, which exists.
   Outcome<StoredModel> read(const std::string& hash);
 
   Outcome<StoredModel> find(std::string_view hash) {

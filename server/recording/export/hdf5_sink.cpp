@@ -40,7 +40,7 @@ class Handle {
   Close close_;
 };
 
-/// A text of any length, UTF-8: readers get a text, not bytes.
+/// Type of a text of any length, UTF-8: readers get a text, not bytes.
 Handle text_type() {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.get(), H5T_VARIABLE);
@@ -48,7 +48,7 @@ Handle text_type() {
   return type;
 }
 
-/// One value as an attribute, which replaces one of the same name.
+/// Sets one value as an attribute, which replaces one of the same name.
 void set_value(hid_t object, const std::string& name, hid_t stored, hid_t given, const void* value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   if (H5Aexists(object, name.c_str()) > 0) H5Adelete(object, name.c_str());
@@ -63,7 +63,7 @@ void set_text(hid_t object, const std::string& name, const std::string& text) {
   set_value(object, name, type.get(), type.get(), &begin);
 }
 
-/// One value as a dataset.
+/// Adds one value as a dataset.
 void add_value(hid_t group, const std::string& name, hid_t stored, hid_t given, const void* value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle dataset(
@@ -84,7 +84,7 @@ std::optional<Number> whole_number(std::string_view text) {
   return is_whole ? std::optional(number) : std::nullopt;
 }
 
-/// A text of the metadata as what its key says: a number where the key names a unit or counts, else a text.
+/// A text of the metadata as what its key says: a number if the key names a unit or counts, else a text.
 /// `put` is set_value() or add_value().
 template <class Put>
 void put_metadata(hid_t object, const std::string& name, std::string_view key, const std::string& text,
@@ -107,7 +107,7 @@ Handle make_group(hid_t file, const char* name) {
   return {H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
 }
 
-/// A dataset that grows row by row.
+/// Makes a dataset that grows row by row.
 Handle make_growing(hid_t group, const std::string& name, hid_t type) {
   const hsize_t none = 0;
   const hsize_t unlimited = H5S_UNLIMITED;
@@ -148,7 +148,7 @@ struct Hdf5Sink::State {
     hid_t type() const { return content == Cells::kIntegers ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE; }
   };
 
-  /// The library does not pass on why.
+  /// Error of a failure; the library does not pass on why.
   hal::Error failed() const { return unwritten(path, 0); }
 
   std::optional<hal::Error> flush() {

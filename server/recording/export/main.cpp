@@ -1,4 +1,4 @@
-// hapticd-export: a recording as a table. A program of its own: the daemon has it do the work, so that no
+// hapticd-export: a recording as a table. A separate program: the daemon has it do the work, so that no
 // failure of the HDF5 library, and none of its memory, is the daemon's. It needs no daemon.
 
 #include <fmt/core.h>
@@ -15,13 +15,13 @@
 namespace {
 
 constexpr int kRefused = 2;
-/// Below all that the daemon does.
+/// Niceness below all that the daemon does.
 constexpr int kNiceness = 15;
-/// Of what a recording with the largest chunks takes, several times as much.
+/// Memory limit, several times what a recording with the largest chunks takes.
 constexpr rlim_t kMaxMemory = rlim_t{4} << 30U;
 
-/// The daemon must not suffer for it: below all that it does, and ended first where memory is short. A child
-/// of the daemon has inherited that the daemon is ended last.
+/// Makes the export modest, so that the daemon does not suffer for it: below all that it does, and ended
+/// first if memory is short. A child of the daemon has inherited that the daemon is ended last.
 void be_modest() {
   setpriority(PRIO_PROCESS, 0, kNiceness);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map far more than they use

@@ -16,12 +16,12 @@ class TableSink {
   virtual ~TableSink() = default;
   virtual void add_metadata(const std::string& name, const recording::Texts& texts) = 0;
   virtual void add_event(const recording::Event& event) = 0;
-  /// An error ends the export.
+  /// Adds a row; an error ends the export.
   virtual std::optional<hal::Error> add_row(const recording::Row& row) = 0;
   virtual std::optional<hal::Error> finish() = 0;
 };
 
-/// Why a table could not be written to its end: `failure` is errno, or 0 where it is not known.
+/// Error of a table that could not be written to its end: `failure` is errno, or 0 if it is not known.
 hal::Error unwritten(const std::string& path, int failure);
 
 /// A column that is written: its place in the row.

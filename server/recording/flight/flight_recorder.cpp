@@ -37,7 +37,7 @@ std::uint64_t ticks_in(double seconds, double rate_hz) {
   return static_cast<std::uint64_t>(std::llround(seconds * rate_hz));
 }
 
-/// Of causes that come one after another, the one that names the incident.
+/// Weight of an incident: of causes that come one after another, the one that names it.
 int weight_of(const Incident& incident) {
   if (incident.cause == "overrun") return 0;
   return incident.cause == "requested" ? 1 : 2;
@@ -285,7 +285,7 @@ void FlightRecorder::begin_incident(Incident incident) {
 
 void FlightRecorder::finish_pending(bool now) {
   if (!pending_) return;
-  // Of a loop that no longer ticks there is nothing to wait for.
+  // A loop that no longer ticks is not waited for.
   const bool stands_still = Clock::now() - last_record_ > kStandsStill;
   if (!now && last_tick_ < pending_->due_tick && !stands_still) return;
   Incident incident = std::move(pending_->incident);

@@ -43,19 +43,19 @@ class FlightRecorder {
 
   /// Begins. An error: it is off, and why; the daemon goes on.
   std::optional<hal::Error> open();
-  /// Why it keeps nothing; nothing where it does.
+  /// Reason why it keeps nothing; nothing if it does.
   std::optional<Refusal> unavailable() const;
   const RecordingFolder& folder() const { return folder_; }
   bool is_on() const { return is_on_.load(); }
-  /// Since the start; the newest of them are in the ring.
+  /// Rows since the start; the newest of them are in the ring.
   std::uint64_t rows_kept() const { return rows_kept_.load(); }
   std::uint64_t incidents_written() const { return incidents_written_.load(); }
-  /// Before the daemon's own last stop: no incident begins any more. Returns at once.
+  /// Ends before the daemon's own last stop: no incident begins any more. Returns at once.
   void end() { ends_.store(true); }
   /// Writes what is under way, and deletes the ring: the run ended in order.
   void shutdown();
 
-  /// An incident of this moment.
+  /// Requests an incident of this moment.
   std::optional<Refusal> request(const std::string& reason, const std::string& by);
   Outcome<std::vector<RecordingInfo>> list() const;
   Outcome<std::string> path_of(const std::string& id) const;

@@ -174,7 +174,7 @@ ClockAnchor FlightRing::anchor() const {
   return read_head(head) ? head.anchor : ClockAnchor{};
 }
 
-// Length and checksum, then name and texts of each: a crash may come in the middle of it.
+// Sets the notes: length and checksum, then name and texts of each: a crash may come in the middle of it.
 std::optional<hal::Error> FlightRing::set_notes(const Notes& notes) {
   std::string content;
   for (const auto& [name, texts] : notes) {

@@ -25,13 +25,13 @@ class FlightRing {
   /// What is known of the run, by the name of the metadata.
   using Notes = std::map<std::string, recording::Texts>;
 
-  /// Makes a ring at `path`. An error where there is no room, or another process has it.
+  /// Makes a ring at `path`. An error if there is no room, or another process has it.
   static hal::Result<std::unique_ptr<FlightRing>> create(const std::string& path,
                                                          const std::vector<recording::Column>& columns,
                                                          std::uint64_t capacity_rows, double rate_hz);
-  /// One that another run left. An error where it is none, is damaged, or its daemon still runs.
+  /// Opens a ring that another run left. An error if it is not a ring, is damaged, or its daemon still runs.
   static hal::Result<std::unique_ptr<FlightRing>> open_left(const std::string& path);
-  /// The file stays.
+  /// Closes the ring; the file stays.
   ~FlightRing();
   FlightRing(const FlightRing&) = delete;
   FlightRing& operator=(const FlightRing&) = delete;
@@ -39,7 +39,7 @@ class FlightRing {
   /// Appends whole rows; the oldest give way.
   std::optional<hal::Error> write(std::string_view rows);
   std::optional<hal::Error> set_anchor(const ClockAnchor& anchor);
-  /// Cut to what there is room for.
+  /// Sets the notes, cut to what there is room for.
   std::optional<hal::Error> set_notes(const Notes& notes);
   /// Deletes the file: the run ends in order.
   void remove();
@@ -50,7 +50,7 @@ class FlightRing {
   std::uint64_t capacity_rows() const { return capacity_rows_; }
   /// Rows that were ever written; the newest has this number less one.
   std::uint64_t written() const;
-  /// Rows `first` … `first + count - 1`; false where some were overwritten meanwhile.
+  /// Rows `first` … `first + count - 1`; false if some were overwritten meanwhile.
   bool read(std::uint64_t first, std::uint64_t count, std::string& rows) const;
   ClockAnchor anchor() const;
   Notes notes() const;

@@ -24,7 +24,7 @@ struct Incident {
 };
 
 /// Writes rows of a ring as a recording to `path`. Rows that were overwritten meanwhile, or are damaged, are
-/// missing, and counted as such. An error where the file cannot be written.
+/// missing, and counted as such. An error if the file cannot be written.
 std::optional<hal::Error> write_incident(const Incident& incident, const FlightRing& ring,
                                          const RecordingSources& sources, const FlightRing::Notes& notes,
                                          const std::string& path);

@@ -32,17 +32,17 @@ hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
     const std::string aside = path + ".left";
     if (fs::exists(aside, ignored)) left.push_back(aside);
     if (fs::exists(path, ignored)) {
-      // Of a daemon that still runs, or of one that ended in no orderly way.
+      // The ring of a daemon that still runs, or of one that ended in no orderly way.
       const auto found = FlightRing::open_left(path);
       if (found) {
         fs::rename(path, aside, ignored);
         if (std::find(left.begin(), left.end(), aside) == left.end()) left.push_back(aside);
       } else if (found.error().code == hal::ErrorCode::kDamaged) {
-        // No one holds its lock, and there is nothing in it to keep.
+        // Its lock is free, and there is nothing in it to keep.
         log_warning("flight recorder: " + found.error().text() + "; it is removed");
         fs::remove(path, ignored);
       } else {
-        // In use; or of another user, who may run a daemon of its own.
+        // In use; or of another user, who may run another daemon.
         if (found.error().code != hal::ErrorCode::kInUse)
           log_warning("flight recorder: " + found.error().text() + "; it is left alone");
         continue;

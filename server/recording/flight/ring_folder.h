@@ -13,7 +13,7 @@ namespace hapticd::server {
 inline constexpr int kMaxRings = 8;
 
 /// Makes a ring in `folder`, under the first name that no running daemon has. Rings that earlier runs left
-/// are put aside, and their paths added to `left`. Files that are no rings are removed.
+/// are put aside, and their paths added to `left`. Files that are not rings are removed.
 hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
                                                    const std::vector<recording::Column>& columns,
                                                    std::uint64_t capacity_rows, double rate_hz,

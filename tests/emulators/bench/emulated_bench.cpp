@@ -27,7 +27,7 @@ Vector3 to_vendor(const Vector3& rig) noexcept {
 Vector3 to_rig(const Vector3& vendor) noexcept {
   return {vendor.x, -vendor.z, vendor.y};
 }
-/// The same as a turn of -90° about x, before the tool's own.
+/// Turns by -90° about x, before the tool's own.
 Quaternion to_vendor(const Quaternion& q) noexcept {
   const double h = std::sqrt(0.5);
   return {h * (q.w + q.x), h * (q.x - q.w), h * (q.y + q.z), h * (q.z - q.y)};

@@ -22,7 +22,7 @@ struct BenchConfig {
   /// What is simulated; `real_time` and `rate_hz` are the bench's to set.
   sim::SimulationConfig simulation{};
   double rate_hz = 7000.0;  ///< of its turns: as fast as a Net F/T box measures
-  /// Where the rig's origin lies in the device's coordinates (vendor's frame).
+  /// Origin of the rig in the device's coordinates (vendor's frame).
   hal::Vector3 origin_mm{};
   /// How the simulated world lies in the rig's frame; of length 1. The tool turns with it.
   hal::Quaternion turn{};
@@ -81,10 +81,10 @@ class EmulatedBench {
   std::optional<hal::Error> set_program(const sim::HandProgram& program);
   std::optional<hal::Error> set_object(const std::string& name);
   std::optional<hal::Error> happen(const sim::ObjectEvent& event);
-  /// Force asked for where nothing was touched. Call it while the world is at rest.
+  /// Force asked for in free air. Call it while the world is at rest.
   const test::FreeAirJudge& free_air() const noexcept;
   /// What a tracker of the tool has sent since the last call; frame of the simulated world, stamps of
-  /// CLOCK_MONOTONIC but for what its own clock is off by. One thread. Empty where the conditions have none.
+  /// CLOCK_MONOTONIC but for what its own clock is off by. One thread. Empty if the conditions have none.
   std::vector<sim::TrackerPose> tracker_poses();
 
   // -- any thread, at any time
@@ -97,8 +97,8 @@ class EmulatedBench {
   std::uint64_t truths_lost() const noexcept;  ///< for want of capacity
   std::uint64_t turns() const noexcept;
   std::uint64_t turns_missed() const noexcept;  ///< the machine was late by more than a period
-  /// For so long the world stood still: then the tool jumps as no arm does, and what is measured of it says
-  /// nothing about the program under test.
+  /// Longest time that the world was held up: then the tool jumps as no arm does, and what is measured of it
+  /// says nothing about the program under test.
   double longest_pause_ms() const noexcept;
 
  private:

@@ -58,7 +58,7 @@ Board& board() {
   return the_one;
 }
 
-/// Of the world in another process, where there is one: named in the environment, and the board's node.
+/// Page of the world in another process, if there is one: named in the environment, and the board's node.
 hapticd::emulators::BoardPage* world() {
   using hapticd::emulators::BoardPage;
   static const std::unique_ptr<BoardPage> the_one = [] {

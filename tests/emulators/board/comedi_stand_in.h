@@ -19,7 +19,7 @@ class ComediStandIn {
  public:
   static ComediStandIn& get();
 
-  /// As new, behind that path.
+  /// Resets the board to new, behind that path.
   void reset(const std::string& path);
 
   // What the board is.

@@ -7,7 +7,7 @@
 
 namespace hapticd::emulators {
 
-/// Where and how a sensor's maker wants the load reported, for the file's BasicTransform.
+/// Place and axes in which a sensor's maker wants the load reported, for the file's BasicTransform.
 struct SensorTransform {
   std::array<double, 3> displacement_mm{0.0, 0.0, 6.096};
   std::array<double, 3> rotation_deg{};

@@ -17,7 +17,7 @@ std::int64_t steady_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
 }
 
-/// To the nearest code of a converter over ± 10 V; beyond the ends it stays there.
+/// Rounds to the nearest code of a converter over ± 10 V; beyond the ends it stays there.
 double digitised(double volts, int bits) {
   const double step = 2.0 * kEndV / std::pow(2.0, bits);
   const double code =

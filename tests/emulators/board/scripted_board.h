@@ -26,7 +26,7 @@ struct ScriptedBoardConfig {
   int counter_bits = 24;
   std::array<double, 6> gauge_offset_v{0.4, -0.3, 0.2, -0.1, 0.35, -0.25};  ///< with nothing on the sensor
   double gauge_noise_v = 0.0;                                               ///< uniform, ± this
-  std::array<std::int64_t, 6> counter_start{12345, -54321, 99, 7, -7, 70};  ///< where they stand at power-on
+  std::array<std::int64_t, 6> counter_start{12345, -54321, 99, 7, -7, 70};  ///< counts at power-on
   ArmDescription arm{};
   std::array<double, 3> gimbal_counts_per_turn{4096.0, 4096.0, 4096.0};
 };

@@ -45,7 +45,7 @@ double float_of(std::uint32_t bits) {
   return static_cast<double>(narrow);
 }
 
-/// `count` of `all` from `from` on; 2 where there are not so many.
+/// Returns `count` of `all` from `from` on; 2 if there are not so many.
 template <class T>
 int excerpt(const std::vector<T>& all, unsigned first, unsigned address, unsigned count,
             std::vector<T>& out) {

@@ -17,20 +17,20 @@ struct RegisterFaults {
 class DriveRegisters {
  public:
   virtual ~DriveRegisters() = default;
-  /// Function 3 where `input` is false, else 4.
+  /// Function 3 if `input` is false, else 4.
   virtual int read_words(bool input, unsigned address, unsigned count, const EmulatedMotor& motor,
                          const RegisterFaults& faults, std::vector<std::uint16_t>& words) = 0;
-  /// Function 1 where `input` is false, else 2.
+  /// Function 1 if `input` is false, else 2.
   virtual int read_bits(bool input, unsigned address, unsigned count, const EmulatedMotor& motor,
                         std::vector<bool>& bits) = 0;
   virtual int write_words(unsigned address, const std::vector<std::uint16_t>& words,
                           EmulatedMotor& motor) = 0;
   virtual int write_bits(unsigned address, const std::vector<bool>& bits, EmulatedMotor& motor) = 0;
-  /// As after a power cycle.
+  /// Clears as a power cycle does.
   virtual void clear() = 0;
 };
 
-/// A drive of no one's make. Input registers: 0-1 position in 0.001 deg (signed), 2-3 velocity in deg/s
+/// An invented drive. Input registers: 0-1 position in 0.001 deg (signed), 2-3 velocity in deg/s
 /// (float), 4 status (enabled, homed, moving, in position, alarm from bit 0), 5 alarm code, 6-7 position in
 /// deg (float). Holding registers: 100-101 target in 0.001 deg, 102-103 speed in deg/s (float), 104-105
 /// acceleration in deg/s² (float), 106 control (enable, start, home, stop, reset; all but the first by their

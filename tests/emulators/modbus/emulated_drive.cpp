@@ -154,7 +154,7 @@ struct EmulatedDrive::State {
     if (now.truncated) frame.resize(frame.size() / 2);
   }
 
-  /// False where the connection is to be closed.
+  /// False if the connection is to be closed.
   bool serve_tcp(Connection& one, const DriveFaults& now) {
     while (one.received.size() >= kHeader) {
       const std::size_t length = one.received[4] * 256U + one.received[5];

@@ -25,8 +25,8 @@ struct DriveFaults {
   bool nan = false;
 };
 
-/// A motor drive behind Modbus, over TCP on the loopback interface and over one end of a pty pair: protocol,
-/// registers and mechanics of its own.
+/// A motor drive behind Modbus, over TCP on the loopback interface and over one end of a pty pair: with its
+/// own protocol, registers and mechanics.
 class EmulatedDrive {
  public:
   enum class Make { kPlain, kOrientalAz };

@@ -17,7 +17,7 @@ class EmulatedMotor {
   void stop();
   void reset();
 
-  /// The counter is lost: it starts again where the table stands, and nothing is homed.
+  /// Loses the counter: it starts again at the table's present place, and nothing is homed.
   void restart();
   void raise_alarm(std::uint16_t code);
   /// A table that is held fast, whatever the motor does.
@@ -41,7 +41,7 @@ class EmulatedMotor {
   void approach(double velocity, double seconds);
 
   Mode mode_ = Mode::kRest;
-  double angle_deg_ = 40.0;  ///< where the table happens to stand at power-up
+  double angle_deg_ = 40.0;  ///< angle of the table at power-up
   double counter_zero_deg_ = 40.0;
   double velocity_ = 0.0;
   double target_angle_ = 40.0;

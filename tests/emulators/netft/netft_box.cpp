@@ -95,7 +95,7 @@ NetFtBox::~NetFtBox() {
 
 int NetFtBox::http_port() const noexcept {
   if (page_) return page_->port();
-  return udp_port_;  // no one listens there with TCP: the kernel gave the number for UDP only
+  return udp_port_;  // nothing listens there with TCP: the kernel gave the number for UDP only
 }
 
 std::string NetFtBox::page_text() const {

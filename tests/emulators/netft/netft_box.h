@@ -57,14 +57,14 @@ class NetFtBox {
   NetFtBox& operator=(const NetFtBox&) = delete;
 
   int udp_port() const noexcept { return udp_port_; }
-  int http_port() const noexcept;  ///< a port no one listens on if there is no page
+  int http_port() const noexcept;  ///< a port without a listener if there is no page
   HttpPage& page() { return *page_; }
   /// The page as its settings make it.
   std::string page_text() const;
 
   /// The load on the sensor, in its own axes, from now on [N, N·mm].
   void load(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm);
-  /// The same, and one record sent if anybody has asked for the stream.
+  /// Feeds a load, and sends one record if a client has asked for the stream.
   void feed(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm);
   /// What the gages read without a load, before any bias [N, N·mm].
   void set_offset(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm);
@@ -91,13 +91,13 @@ class NetFtBox {
   void send_long(int datagrams);           ///< a record and some bytes
   void send_wild_number();                 ///< a whole record with a sequence number out of all order
   void send_from_stranger(int datagrams);  ///< good records from another port
-  /// As after a power failure: says nothing for a while, forgets bias, client and numbers.
+  /// Restarts as after a power failure: says nothing for a while, forgets bias, client and numbers.
   void restart(double silence_s);
-  /// As restart(), but goes on sending to its client, as no one noticed: only the numbers begin again.
+  /// Restarts the numbers only, and goes on sending to its client, as if nothing had happened.
   void restart_numbers();
   /// The next record's number is so much higher, as if the ones between were lost, though no time has passed.
   void skip_numbers(std::uint32_t count);
-  /// Another client's bias: the box takes it from anyone, and informs no one.
+  /// Biases as another client: the box takes a bias from any client, and does not inform the others.
   void bias_by_another();
   /// Another client takes the stream, as the box lets it.
   void give_stream_away();
@@ -108,7 +108,7 @@ class NetFtBox {
   int commands(std::uint16_t command) const;  ///< how often it came
   int commands_unheard() const;               ///< that came while it was deaf
   int invalid_requests() const;
-  bool client_gone() const;  ///< the kernel says that no one listens at the client's port any more
+  bool client_gone() const;  ///< the kernel says that nothing listens at the client's port any more
 
  private:
   using Bytes = std::vector<std::uint8_t>;

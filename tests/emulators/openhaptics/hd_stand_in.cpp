@@ -1,5 +1,5 @@
-// A stand-in for the vendor's libHD.so: its exported names, its rules, a scheduler thread of its own, devices
-// that live on a page (page.h) which someone else feeds. Built as a module and met at run time only. With
+// A stand-in for the vendor's libHD.so: its exported names, its rules, its own scheduler thread, devices that
+// live on a page (page.h) which another program feeds. Built as a module and met at run time only. With
 // HD_STAND_IN_LACKS_SET_DOUBLE it lacks a function that is needed, with HD_STAND_IN_BARE all that are not.
 
 #include <fcntl.h>
@@ -116,7 +116,7 @@ struct Library {
     const int index = static_cast<int>(handle - kFirstHandle);
     return page->devices[index].open ? index : -1;
   }
-  /// The same of a handle the caller gives: a bad one breaks the rules.
+  /// Index of a handle the caller gives: a bad one breaks the rules.
   int given_index(DeviceHandle handle) {
     const int index = index_of(handle);
     if (index < 0) {
@@ -164,7 +164,7 @@ void Library::open_page() {
     page = static_cast<HdPageLayout*>(memory);
     return;
   }
-  page = new HdPageLayout();  // a library without a page has devices no one moves
+  page = new HdPageLayout();  // the devices of a library without a page do not move
   for (HdPageDevice& device : page->devices) {
     std::snprintf(device.name, sizeof device.name, "Default Device");
     device.max_force_n = 8.5;

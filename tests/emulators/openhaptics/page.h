@@ -145,7 +145,7 @@ class HdPage {
   std::vector<HdEvent> events() const;
   void forget_events() noexcept { layout_->event_count = 0; }
 
-  /// Of the device: without a frame for so long its motors go off.
+  /// Watchdog of the device: without a frame for so long its motors go off.
   static constexpr std::int64_t kWatchdogNs = 200'000'000;
 
  private:

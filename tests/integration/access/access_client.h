@@ -18,7 +18,7 @@ class AccessClient : public ServiceClient {
         access(v1::AccessService::NewStub(channel)),
         lease(v1::LeaseService::NewStub(channel)) {}
 
-  /// With the token of the lease, if there is one.
+  /// Context with the token of the lease, if there is one.
   std::unique_ptr<grpc::ClientContext> context() const {
     auto made = call_context();
     if (!token.empty()) made->AddMetadata("hapticd-lease", token);

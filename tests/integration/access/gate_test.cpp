@@ -1,4 +1,4 @@
-// Who may do what, over the network.
+// Rights of the clients, over the network.
 
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>

@@ -122,7 +122,7 @@ TEST(Certificates, EachMistakeHasItsError) {
             "the daemon's certificate is not from your lab's authority");
   lab.make("--client operator/late --days -1");
   EXPECT_EQ(refused_connection(service, lab.client("late")).what(), "your certificate has expired");
-  // Of another authority, but knowing this one.
+  // Certificates of another authority, but knowing this one.
   const TemporaryFolder mixed;
   std::filesystem::copy(foreign.client("anna") + "/client.crt", mixed.path("client.crt"));
   std::filesystem::copy(foreign.client("anna") + "/client.key", mixed.path("client.key"));

@@ -121,7 +121,7 @@ TEST(ClockService, TheRigsTimeIsWithinItsBounds) {
     last_ns = now.rig_ns;
   }
   EXPECT_FALSE(clock.problem());
-  // Each reading is a truth of its own: what it says lies within the bounds that the others made.
+  // Each reading is true: what it says lies within the bounds that the others made.
   const auto stub = v1::ClockService::NewStub(service.channel);
   for (int i = 0; i < 200; ++i) {
     v1::ExchangeResponse answer;

@@ -49,7 +49,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-/// As someone who knows the trick would hand it in: the hash fits what it says.
+/// Exported model as someone who knows the trick would hand it in: the hash fits what it says.
 std::string exported_with_hash_of(const std::string& canonical) {
   return export_json(canonical, sha256_hex(canonical));
 }
@@ -191,7 +191,7 @@ TEST(ModelJson, AnExportIsImportedAsTheSame) {
     EXPECT_EQ(imported->canonical, canonical);
     EXPECT_EQ(imported->hash, sha256_hex(canonical));
   }
-  // Blanks and the order of keys are no one's business.
+  // Blanks and the order of keys do not matter.
   const std::string canonical = *canonical_json(example_contact("x"));
   std::string spaced = replaced(exported_with_hash_of(canonical), "{\"content\"", "{ \n \"content\"");
   EXPECT_TRUE(import_json(spaced));

@@ -20,7 +20,7 @@ inline server::DaemonConfig touching(const std::string& object, bool real_time =
   return config;
 }
 
-/// The estimate of that name; a failure of the test where there is none.
+/// Estimate of that name; a failure of the test if there is none.
 inline const v1::EstimatedParameter& parameter_of(const v1::IdentificationProgress& progress,
                                                   const std::string& name) {
   for (const v1::EstimatedParameter& parameter : progress.parameters()) {

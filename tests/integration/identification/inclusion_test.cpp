@@ -1,5 +1,5 @@
 // An inclusion from its palpation to a scene that renders it, by the service: live on the simulated phantom,
-// from what the daemon kept of that, and refused where the recording cannot show one.
+// from what the daemon kept of that, and refused if the recording cannot show one.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,8 @@ v1::StartIdentificationRequest inclusion_request(const std::string& object,
   return request;
 }
 
-/// Within 3 mm across and 5 mm in depth of the phantom's, and the depth within two of its standard errors.
+/// Expects a place within 3 mm across and 5 mm in depth of the phantom's, and the depth within two of its
+/// standard errors.
 void expect_phantoms_place(const v1::IdentificationProgress& progress) {
   const double x = parameter_of(progress, "place_x_mm").value();
   const double y = parameter_of(progress, "place_y_mm").value();
@@ -46,7 +47,7 @@ std::string scene_with(const std::string& model) {
          model + "\"\ninternal_friction = 0.15\n";
 }
 
-/// What the daemon kept of the last identification, with the names of telemetry where `as_telemetry`.
+/// What the daemon kept of the last identification, with the names of telemetry if `as_telemetry`.
 std::string kept_recording(const std::string& folder, bool as_telemetry) {
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     std::ifstream file(entry.path());

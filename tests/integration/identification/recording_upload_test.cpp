@@ -217,8 +217,7 @@ TEST(OwnRecording, IsIdentifiedAndPlayedAsItIs) {
   std::string path;
   Json uploaded;
   Json end = Json::object();
-  // Where the presses lie in the recording is a matter of how busy the machine is, and not every fit
-  // succeeds.
+  // The places of the presses in the recording depend on how busy the machine is, and not every fit succeeds.
   constexpr int kAttempts = 3;
   for (int i = 0; i < kAttempts && end.value("model", "").empty(); ++i) {
     {

@@ -50,7 +50,7 @@ grpc::Status refusal_of(const Identifying& service, const std::string& csv, Star
 }
 
 /// Five presses of a wall of 0.5 N/mm along one axis, 250 Hz, by a device of 2.5 N/mm; forces in mN, the
-/// instrument in µm and from an origin of its own.
+/// instrument in µm and from a different origin.
 std::string along_one_axis(const std::string& header) {
   std::ostringstream csv;
   csv.precision(12);

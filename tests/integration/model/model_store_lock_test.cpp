@@ -27,7 +27,7 @@ class LockedStore : public testing::Test {
   LockedStore() : store_(std::move(*ModelStore::open(path_))) {
     hash_ = store_->add(example_contact("sponge"))->hash;
   }
-  /// As another process would.
+  /// Locks as another process would.
   void lock() {
     other_.emplace(path_, SQLite::OPEN_READWRITE);
     other_->exec("BEGIN EXCLUSIVE");

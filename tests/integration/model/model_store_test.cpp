@@ -168,7 +168,7 @@ TEST(ModelStore, ATagMovesAmongModelsOfOneKindAndSubject) {
   for (const std::string& hash : {foam, rod, bearing}) {
     EXPECT_EQ(store->get(hash)->tags, std::vector<std::string>{"current"}) << "another object, kind or tip";
   }
-  // Of the rig: by device and sensor.
+  // Model of the rig: by device and sensor.
   rt::IdentifiedModel tool = test::example_of_rig(test::example_tool());
   rt::IdentifiedModel elsewhere = tool;
   elsewhere.device = "phantom_1_5_high_force";
@@ -270,7 +270,7 @@ TEST(ModelStore, ServesManyThreadsAndASecondProcess) {
   std::vector<std::thread> threads;
   for (int t = 0; t < kThreads; ++t) {
     threads.emplace_back([&path, t] {
-      const auto store = opened(path);  // a connection of its own, as another process has
+      const auto store = opened(path);  // a separate connection, as another process has
       for (int i = 0; i < kEach; ++i) {
         const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
         const auto stored = store->add(example_contact("x", 100 * t + i), until);
@@ -287,7 +287,7 @@ TEST(ModelStore, ServesManyThreadsAndASecondProcess) {
 
 // -- files of other times and kinds
 
-/// As version 1 made it.
+/// Schema as version 1 made it.
 constexpr const char* kVersion1 = R"sql(
 CREATE TABLE models (sequence INTEGER PRIMARY KEY AUTOINCREMENT, hash TEXT NOT NULL UNIQUE CHECK (length(hash) = 64),
   kind TEXT NOT NULL, subject TEXT NOT NULL, object TEXT NOT NULL, content TEXT NOT NULL,
@@ -596,7 +596,7 @@ TEST(ModelLibrary, WhatWasFoundOnASimulatedRigIsNotCurrentOnAnother) {
             "what is stored of 'gel' was identified on a simulated rig, and this is none");
   const auto names = library.names();
   EXPECT_TRUE(std::find(names.begin(), names.end(), "gel") == names.end());
-  // A tag of its own asks for it.
+  // A separate tag asks for it.
   ASSERT_TRUE(real->tag(found, "as_simulated"));
   EXPECT_EQ(library.find_parts("gel@as_simulated")->stored(), std::vector<std::string>{found});
   // Its own takes nothing from the other's.

@@ -106,13 +106,14 @@ class SwapBench {
     ADD_FAILURE() << "waited in vain";
     return 0;
   }
-  /// After a tick: the reader lags behind the loop, and what it reads next may be older than an answer.
+  /// Waits for a contact after a tick: the reader lags behind the loop, and what it reads next may be older
+  /// than an answer.
   std::uint64_t await_deep_contact(std::uint64_t after_tick = 0) {
     return await([after_tick](const rt::TickRecord& r) {
       return r.tick > after_tick && r.in_contact && r.displacement_mm > 2.0 && norm(r.device_command_n) > 0.2;
     });
   }
-  /// From a tick on; copied briefly, for the loop waits for its reader.
+  /// Records from a tick on; copied briefly, for the loop waits for its reader.
   std::vector<rt::TickRecord> records(std::uint64_t from_tick) {
     const std::lock_guard lock(mutex_);
     const auto from =
@@ -230,8 +231,7 @@ TEST(ModelSwap, AnotherSceneTakesTheForceAwayAtOnceButSoftly) {
   ASSERT_TRUE(loaded) << loaded.refusal().error.text();
   bench.await([&](const rt::TickRecord& r) { return r.tick > loaded->effective_tick + 100; });
   const auto records = bench.records(loaded->effective_tick - 50);
-  // How much force stands when the exchange takes effect depends on how long the object has been yielding by
-  // then.
+  // The force at the time of the exchange depends on how long the object has been yielding by then.
   double before_n = 0.0;
   double after_n = 0.0;
   for (const rt::TickRecord& r : records) {
@@ -476,7 +476,7 @@ TEST(RigModels, ASceneReportedOfItsModelsSaysWhatSpeaksAgainstThem) {
           "9 mm");
   EXPECT_TRUE(bench.scenes().compose(*scene)) << "cautions, no obstacles";
 
-  // Of the wrong tip: an obstacle.
+  // Friction of the wrong tip: an obstacle.
   const std::string bearing = bench.store().add(test::example_friction("gel", rt::Tip::kBallBearing))->hash;
   const std::string gel = bench.store().add(test::example_contact("gel"))->hash;
   ASSERT_TRUE(bench.store().tag(bearing, "current"));

@@ -66,7 +66,7 @@ class EmulatedRigProcess : public testing::Test {
     line_for_daemon = peers->read_line();
     ASSERT_NE(line_for_daemon, "") << "it did not start";
   }
-  /// After a death: what comes back is to be found where it was.
+  /// Starts the peers again after a death: what comes back is to be found where it was.
   void start_peers_again(Arguments arguments) {
     arguments.insert(arguments.end(), {"--udp-port", value_of("rdt_port", rig_file), "--http-port",
                                        value_of("http_port", rig_file)});

@@ -129,7 +129,7 @@ TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
   client->await([&](const v1::RigState&) { return motor_force_n() > 0.2; });
 }
 
-/// Each on a device of its own: a crash leaves it open.
+/// Crash of the rig, each on a separate device: it leaves the device open.
 class EmulatedRigCrash : public EmulatedRigProcess, public testing::WithParamInterface<int> {};
 
 TEST_P(EmulatedRigCrash, TakesTheForceAlongAndEndsByItsSignal) {

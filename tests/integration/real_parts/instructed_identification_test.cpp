@@ -12,7 +12,7 @@
 namespace hapticd::test {
 namespace {
 
-/// Where it is permitted, what is started meanwhile is real-time, as rig and daemon are in a laboratory.
+/// Makes what is started meanwhile real-time, if it is permitted, as rig and daemon are in a laboratory.
 /// Otherwise a machine that others use too lets most ticks go by without a fresh force.
 class PriorityWhileStarting {
  public:
@@ -67,8 +67,8 @@ class InstructedIdentification : public EmulatedRigProcess {
     }
     return NAN;
   }
-  /// What was expected and did not come is a failure where the emulated world kept time. A tool of 9 g that
-  /// stands still for 3 ms of a stroke at 220 mm/s and jumps after it shows 0.2 N that no arm would.
+  /// Judges the end: what was expected and did not come is a failure if the emulated world kept time. A tool
+  /// of 9 g that rests for 3 ms of a stroke at 220 mm/s and jumps after it shows 0.2 N that no arm would.
   void judge(const v1::IdentificationProgress& end) {
     if (wrong_.empty() || HasFatalFailure()) return;
     std::string all;
@@ -94,7 +94,7 @@ class InstructedIdentification : public EmulatedRigProcess {
     client->await([this](const v1::RigState&) { return bias().ok(); });
     ASSERT_TRUE(client->load("tap_1d").ok());  // an identification is guarded as the scene before it was
   }
-  /// As the emulators say at their end.
+  /// Longest pause as the emulators say at their end.
   double longest_pause_ms() {
     daemon->signal(SIGTERM);
     daemon->wait();

@@ -12,7 +12,7 @@
 namespace hapticd::test {
 namespace {
 
-/// For how long this machine leaves a thread that only sleeps without the processor.
+/// Measures for how long this machine leaves a thread that only sleeps without the processor.
 class PauseWatch {
  public:
   ~PauseWatch() {
@@ -71,8 +71,8 @@ class RealParts : public EmulatedRigProcess {
   std::unique_ptr<v1::IdentificationService::Stub> identification() const {
     return v1::IdentificationService::NewStub(client->channel);
   }
-  /// Runs a line of the shell. A guard takes a machine that stands still for a loop that hangs, and the table
-  /// and the sensor refuse to go on: then, and only then, the user clears it and asks again.
+  /// Runs a line of the shell. A guard takes a machine that stalls for a loop that hangs, and the table and
+  /// the sensor refuse to go on: then, and only then, the user clears it and asks again.
   void run_line(const std::string& line) const {
     constexpr double kPauseMs = 20.0;
     PauseWatch pauses;

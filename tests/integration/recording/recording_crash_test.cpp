@@ -60,7 +60,7 @@ class RecordingCrash : public testing::Test {
     EXPECT_EQ(daemon->wait(), -signal);
     return last;
   }
-  /// Those whose names have these words: a machine that has much to do leaves incidents of overruns as well.
+  /// Files whose names have these words: a machine that has much to do leaves incidents of overruns as well.
   std::vector<fs::path> files(const std::string& kind, const std::string& words = "") const {
     std::vector<fs::path> found;
     for (const auto& entry : fs::directory_iterator(folder_.path("state") + "/" + kind)) {

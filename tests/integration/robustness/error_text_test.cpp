@@ -46,7 +46,7 @@ TEST(Utf8Text, IsCutBetweenCharacters) {
   }
 }
 
-/// Not "received initial metadata size exceeds limit".
+/// Expects that the status arrives, not "received initial metadata size exceeds limit".
 void expect_arrives(const grpc::Status& status, grpc::StatusCode code) {
   EXPECT_EQ(status.error_code(), code) << status.error_message().substr(0, 300);
   const v1::ErrorDetail detail = detail_of(status);

@@ -56,8 +56,8 @@ void expect_no_jolt(const RunningService& service, double hand_force_n) {
   EXPECT_LE(largest.step_n, 0.3) << largest.around;
 }
 
-/// In virtual time: a machine that stalls moves the simulated object on under the tool, and that too is a
-/// step.
+/// Configuration in virtual time: a machine that stalls moves the simulated object on under the tool, and
+/// that too is a step.
 server::DaemonConfig config_in_virtual_time() {
   server::DaemonConfig config = quiet_config();
   config.simulation.real_time = false;

@@ -114,7 +114,7 @@ TEST(Flood, OfSlowCallsKeepsNoOneFromStoppingAndClearing) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
   service.press(2.0);
-  // Both on connections of their own, as many as one may have calls.
+  // Both on separate connections, as many as one may have calls.
   std::vector<std::unique_ptr<Flood>> floods;
   floods.push_back(std::make_unique<Flood>(service.address(), 100, diagnose));
   for (int i = 0; i < 3; ++i) floods.push_back(std::make_unique<Flood>(service.address(), 100, explain));

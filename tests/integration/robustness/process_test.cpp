@@ -54,7 +54,7 @@ TEST(ServiceProcess, EndsCleanlyOnSigtermAndStreamsEndFirst) {
   }
 }
 
-/// In contact, with force; ends by the signal. The exit code, and the last command a subscriber saw.
+/// Expects force in contact; ends by the signal. The exit code, and the last command a subscriber saw.
 void expect_force_first(int signal) {
   SCOPED_TRACE("signal " + std::to_string(signal));
   DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"});
@@ -214,7 +214,7 @@ TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
   expect_ended(run({"--rig", "sim:phantom_9"}), 4, "unknown device");
 }
 
-/// Not by an abort once a thread cannot begin.
+/// Ends by a message, not by an abort once a thread cannot begin.
 TEST(ServiceProcess, SaysThatItsAddressSpaceIsLimitedTooFar) {
   if (kUnderAddressSanitizer) GTEST_SKIP() << "its memory is the sanitizer's";
   DaemonProcess process("--as=419430400", {"--listen", "127.0.0.1:0"});

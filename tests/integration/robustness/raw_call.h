@@ -9,7 +9,7 @@
 
 namespace hapticd::test {
 
-/// A call whose request is the bytes as they stand, message or not.
+/// Answer to a call whose request is the bytes as they are, message or not.
 struct RawAnswer {
   grpc::Status status;
   std::string bytes;

@@ -1,4 +1,4 @@
-// What a client may not lift by a scene of its own.
+// Limits that a client may not lift by a separate scene.
 
 #include <gtest/gtest.h>
 

@@ -26,7 +26,7 @@ class ServiceGuide : public testing::Test {
     const auto status = service.simulation->SetHandProgram(call_context().get(), request, &response);
     ASSERT_TRUE(status.ok()) << status.error_message();
   }
-  /// To its end.
+  /// Moves to the end.
   grpc::Status move(const v1::MoveToolRequest& request, v1::GuideStatus* last = nullptr) {
     auto context = call_context(std::chrono::seconds(60));
     auto reader = guide->MoveTool(context.get(), request);

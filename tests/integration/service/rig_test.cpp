@@ -110,7 +110,7 @@ TEST(ServiceRig, IsNotBiasedWhileAHandMovesTheTool) {
   EXPECT_FALSE(service.state().has_sensor_bias());
 }
 
-// Where no scene looks for contact, the last bias shows it.
+// If no scene looks for contact, the last bias shows it.
 TEST(ServiceRig, IsNotBiasedUnderALoadUnlessSomeoneHasLooked) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());

@@ -471,7 +471,7 @@ TEST(ServiceTargets, OnlySoManyWaitAndOthersStillPass) {
     EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
     EXPECT_EQ(detail_of(status).what(), "too many targets wait for their time");
   }
-  // No one else is held up by them.
+  // They hold up no other client.
   EXPECT_TRUE(service.set_target(target(0.75)).ok());
   v1::StopResponse stopped;
   EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());

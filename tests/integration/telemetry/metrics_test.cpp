@@ -18,7 +18,7 @@
 namespace hapticd::test {
 namespace {
 
-/// The value of the line that begins with `name` (labels included); NaN where there is none.
+/// Value of the line that begins with `name` (labels included); NaN if there is none.
 double metric_in(const std::string& text, const std::string& name) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {

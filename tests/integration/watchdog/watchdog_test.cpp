@@ -19,7 +19,7 @@ namespace hapticd::test {
 namespace {
 
 constexpr double kShortMs = 300.0;
-/// So long that a machine that stalls makes no endpoint miss it.
+/// Timeout so long that a machine that stalls makes no endpoint miss it.
 constexpr double kLongMs = 60000.0;
 
 server::DaemonConfig watched(std::vector<server::EndpointConfig> endpoints) {

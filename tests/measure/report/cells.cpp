@@ -38,7 +38,7 @@ std::vector<CellValues> computed(const std::string& sweep, const std::vector<std
     for (std::size_t i = next++; i < numbers.size(); i = next++) {
       try {
         values[i] = compute(numbers[i]);
-        // As a file would give it back, so that who reads one makes the same of it.
+        // Rounds as a file would give it back, so that a reader of one makes the same of it.
         for (double& value : values[i]) {
           if (!std::isfinite(value)) value = std::numeric_limits<double>::quiet_NaN();
         }

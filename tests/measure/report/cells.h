@@ -27,19 +27,19 @@ struct Shard {
 using CellValues = std::vector<double>;
 
 /// Computes the cells of sweeps, all of them or one shard's, or collects what shards computed elsewhere.
-/// Cells know nothing of each other and follow from their number alone, so that who computes them, and in
-/// which order, changes no byte of what is made of them. They are kept in FOLDER/cells/SWEEP.jsonl.
+/// Cells know nothing of each other and follow from their number alone, so that neither the computer nor the
+/// order changes a byte of what is made of them. They are kept in FOLDER/cells/SWEEP.jsonl.
 class Cells {
  public:
   /// All of them, or one shard's. `revision` names program and options (the commit, quick or not): shards of
   /// different revisions do not mix.
   Cells(std::filesystem::path folder, std::string revision, Shard shard = {});
-  /// Those that shards computed into `from`. FOLDER gets all of them.
+  /// Collects the cells that shards computed into `from`. FOLDER gets all of them.
   Cells(std::filesystem::path folder, std::string revision, std::vector<std::filesystem::path> from);
 
-  /// The values of all cells, in order; none where this run has but a shard of them (they are kept for the
+  /// The values of all cells, in order; none if this run has but a shard of them (they are kept for the
   /// merging). `compute` is called from as many threads as the machine has processors, with the number of the
-  /// cell; it must depend on nothing else. Throws what `compute` throws; std::runtime_error where shards are
+  /// cell; it must depend on nothing else. Throws what `compute` throws; std::runtime_error if shards are
   /// missing, disagree, or are of another revision.
   std::optional<std::vector<CellValues>> values(const std::string& sweep, std::size_t count,
                                                 const std::function<CellValues(std::size_t)>& compute) const;

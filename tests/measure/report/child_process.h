@@ -22,8 +22,8 @@ struct Launch {
 /// A program we started, ended at the latest with this object. Only this very process is ever signalled.
 class ChildProcess {
  public:
-  /// Throws std::system_error when it cannot be started; its code is no_such_file_or_directory where the
-  /// program is not installed.
+  /// Throws std::system_error when it cannot be started; its code is no_such_file_or_directory if the program
+  /// is not installed.
   explicit ChildProcess(const Launch& launch);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
@@ -31,7 +31,7 @@ class ChildProcess {
 
   pid_t pid() const noexcept { return pid_; }
   void signal(int number) noexcept;
-  /// Its exit status, 128 + the signal that ended it; none when it still runs after `timeout`.
+  /// Waits for its exit status, 128 + the signal that ended it; none when it still runs after `timeout`.
   std::optional<int> wait(std::chrono::milliseconds timeout) noexcept;
 
  private:

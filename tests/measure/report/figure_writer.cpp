@@ -65,7 +65,7 @@ FigureWriter::FigureWriter(const std::filesystem::path& folder) : path_(folder /
   std::ifstream before(path_);
   for (std::string line; std::getline(before, line);) {
     const Json record = Json::parse(line, nullptr, false);
-    // A line cut short by a crash is no record.
+    // A line cut short by a crash is not a record.
     if (record.is_object() && record.contains("figure") && record["figure"].is_string()) {
       earlier_.emplace_back(record["figure"].get<std::string>(), line);
     }
@@ -99,7 +99,7 @@ void FigureWriter::forget_earlier(const std::string& figure) {
   const auto removed = std::erase_if(
       earlier_, [&](const auto& entry) { return entry.first == figure && has_common(entry.second); });
   if (removed == 0) return;
-  // Earlier records stand before all of this run's, so that the latter can be kept as they are.
+  // Earlier records come before all of this run's, so that the latter can be kept as they are.
   std::ifstream file(path_);
   std::vector<std::string> lines;
   for (std::string line; std::getline(file, line);) lines.push_back(line);

@@ -45,9 +45,9 @@ struct Figure {
   std::string failed{};                 ///< why there is no value, e.g. "1 N is not reached"
 };
 
-/// The record as one line of JSON, without the line end. Keys stand in a fixed order; numbers read back as
-/// the very same double. A value that is missing or not finite becomes null with a reason, whether or not one
-/// was given.
+/// The record as one line of JSON, without the line end. Keys have a fixed order; numbers read back as the
+/// very same double. A value that is missing or not finite becomes null with a reason, whether or not one was
+/// given.
 std::string to_json_line(const Figure& figure);
 
 /// Writes DIR/figures.jsonl, a line at a time, so that a run that dies leaves what it had. Several programs
@@ -55,7 +55,7 @@ std::string to_json_line(const Figure& figure);
 /// under the same common conditions, and leave the others alone.
 class FigureWriter {
  public:
-  /// Makes the folder. Throws std::runtime_error where it cannot be written to.
+  /// Makes the folder. Throws std::runtime_error if it cannot be written to.
   explicit FigureWriter(const std::filesystem::path& folder);
 
   /// Ends the case of every figure from now on; empty = nothing. An earlier run's records are replaced by
@@ -63,7 +63,7 @@ class FigureWriter {
   void set_common(Case conditions);
   /// Throws std::logic_error when this figure was already written for the same case: one of the two is wrong.
   void add(const Figure& figure);
-  /// All records of another file of this kind, as they stand.
+  /// Adds all records of another file of this kind, unchanged.
   void add_from(const std::filesystem::path& file);
   const std::filesystem::path& path() const noexcept { return path_; }
 

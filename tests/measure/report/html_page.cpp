@@ -63,7 +63,7 @@ std::string image_of(const std::string& svg) {
   return address;
 }
 
-/// Without the escapes of Markdown.
+/// Text without the escapes of Markdown.
 std::string plain(std::string text) {
   for (auto at = text.find("\\|"); at != std::string::npos; at = text.find("\\|", at + 1)) text.erase(at, 1);
   return text;

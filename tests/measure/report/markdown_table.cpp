@@ -84,7 +84,7 @@ std::string fixed(double value, int decimals) {
 std::string significant(double value, int digits) {
   if (!std::isfinite(value)) return kNoNumber;
   if (value == 0.0) return "0";
-  // Of the rounded value: 9.996 to three digits is 10.0, not 10.00.
+  // Digits of the rounded value: 9.996 to three digits is 10.0, not 10.00.
   const double rounding = 0.5 * std::pow(10.0, std::floor(std::log10(std::abs(value))) - digits + 1);
   const int magnitude = static_cast<int>(std::floor(std::log10(std::abs(value) + rounding)));
   if (magnitude < -6 || magnitude > 9) {

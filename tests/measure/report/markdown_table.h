@@ -5,8 +5,8 @@
 
 namespace hapticd::report {
 
-/// A table that reads well both as text in a terminal and as Markdown: columns are padded, numbers stand to
-/// the right.
+/// A table that reads well both as text in a terminal and as Markdown: columns are padded, numbers are
+/// aligned to the right.
 class MarkdownTable {
  public:
   explicit MarkdownTable(std::vector<std::string> headers);
@@ -16,7 +16,7 @@ class MarkdownTable {
   /// The table, each line ended.
   std::string text() const;
 
-  /// As they are printed: a vertical bar is escaped, a line break a space.
+  /// Headers as they are printed: a vertical bar is escaped, a line break a space.
   const std::vector<std::string>& headers() const noexcept { return headers_; }
   const std::vector<std::vector<std::string>>& rows() const noexcept { return rows_; }
 

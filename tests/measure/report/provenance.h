@@ -6,7 +6,7 @@
 
 namespace hapticd::report {
 
-/// The commit this program was built from, "+" behind it where files were changed; "unknown" without git.
+/// The commit this program was built from, "+" behind it if files were changed; "unknown" without git.
 std::string commit();
 
 /// What a number depends on besides the program's text: commit, compiler and its options, processor, cores,

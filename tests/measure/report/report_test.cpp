@@ -21,7 +21,7 @@
 namespace hapticd::report {
 namespace {
 
-/// A folder of its own for each test, removed with it.
+/// Separate folder for each test, removed with it.
 class Folder {
  public:
   Folder() {

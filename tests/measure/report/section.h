@@ -17,7 +17,7 @@ namespace hapticd::report {
 class SectionWriter {
  public:
   SectionWriter() = default;  ///< no section: what is added is not kept
-  /// Throws std::runtime_error where the file cannot be written.
+  /// Throws std::runtime_error if the file cannot be written.
   SectionWriter(const std::filesystem::path& folder, const std::string& name, const std::string& title);
 
   void add_text(const std::string& text);
@@ -32,7 +32,7 @@ class SectionWriter {
   std::ofstream stream_;
 };
 
-/// Where a report keeps its sections.
+/// Folder in which a report keeps its sections.
 std::filesystem::path sections_folder(const std::filesystem::path& folder);
 
 }  // namespace hapticd::report

@@ -54,8 +54,8 @@ struct SvgPlot {
 
 /// Writes FOLDER/NAME.csv (the data: series, x, y), FOLDER/NAME.gp (a gnuplot script that draws them) and, by
 /// running gnuplot, FOLDER/NAME.svg. Returns what went wrong, with the remedy, and nothing when all is well:
-/// without gnuplot there is no drawing, but data and script are there. Throws std::runtime_error where the
-/// folder cannot be written to, std::invalid_argument where a series' x and y differ in length.
+/// without gnuplot there is no drawing, but data and script are there. Throws std::runtime_error if the
+/// folder cannot be written to, std::invalid_argument if a series' x and y differ in length.
 std::optional<std::string> draw(const SvgPlot& plot, const std::filesystem::path& folder,
                                 const std::string& name);
 

@@ -7,7 +7,7 @@
 
 namespace hapticd::report {
 
-/// What an error_vs_runtime figure gives as its source where the method is the one that ships.
+/// What an error_vs_runtime figure gives as its source if the method is the one that ships.
 inline constexpr const char* kDefaultMethod = "the default";
 
 /// One way to do a stage's work: how wrong it is and what it takes.
@@ -27,13 +27,13 @@ struct WorkPrecision {
   std::string run_time_per = "tick";  ///< what the run time is of
   std::vector<Method> methods{};
   std::string remark{};         ///< data, seeds, how the error is judged
-  std::string justification{};  ///< why the default is not on the front, where it is not
+  std::string justification{};  ///< why the default is not on the front, if it is not
   bool logarithmic_error = true;
 };
 
-/// True where no other method is at least as good in error at a run time at least 10 % less, nor better in
-/// error (by more than 2 %) at no more run time than 10 % above: timings on a shared machine do not decide
-/// closer calls.
+/// True if no other method is at least as good in error at a run time at least 10 % less, nor better in error
+/// (by more than 2 %) at no more run time than 10 % above: timings on a shared machine do not decide closer
+/// calls.
 bool is_on_front(const WorkPrecision& stage, const Method& method);
 
 /// Figures error_vs_runtime {stage, method}, table and plot precision_STAGE, and a sentence on the default.

@@ -47,7 +47,7 @@ hapticd::report::Cells cells_of(const Options& options) {
                std::vector<std::filesystem::path>(options.merge.begin(), options.merge.end()));
 }
 
-/// A part on one family of objects; none where they have nothing to do with it.
+/// A part on one family of objects; none if they have nothing to do with it.
 struct Turn {
   const StudyPart* part;
   std::optional<hapticd::sim::Plant> plant;

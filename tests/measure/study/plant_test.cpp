@@ -94,7 +94,8 @@ std::vector<Row> recorded(const std::filesystem::path& file) {
   return rows;
 }
 
-/// Over all cycles, rms of what is left over rms of the force; each file's stiffness is its own.
+/// Ratio of the rms of what is left to the rms of the force, over all cycles; each file's stiffness is its
+/// own.
 double left_on_silicone(const sim::GeneralMaterialParameters& memory, const std::filesystem::path& folder) {
   constexpr double kStepS = 0.1, kOffsetMm = 0.4, kApproachMmPerS = 0.167;
   sim::MaterialParameters shape;

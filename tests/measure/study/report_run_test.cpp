@@ -1,5 +1,4 @@
-// The whole report, quickly: that it runs to its end and lacks nothing. Its numbers are judged by who reads
-// it.
+// The whole report, quickly: that it runs to its end and lacks nothing. Its readers judge its numbers.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +27,7 @@ std::string content(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// `hapticd_study report --quick` with these further options; fails the test where that ends badly.
+/// `hapticd_study report --quick` with these further options; fails the test if that ends badly.
 void run_report(const std::filesystem::path& folder, const std::vector<std::string>& options) {
   const auto programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   std::vector<std::string> command{(programs / "hapticd_study").string(), "report", "--quick", "--out",

@@ -83,7 +83,7 @@ TEST(AuditLog, DropsAndCountsWhatADiskIsTooSlowFor) {
   const test::TemporaryFolder folder;
   const std::string pipe = folder.path("pipe");
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  // No one reads the pipe on: once it is full, a writer is held up.
+  // The pipe is not read any more: once it is full, a writer is held up.
   const int reader = open(pipe.c_str(), O_RDWR | O_CLOEXEC);
   AccessConfig config;
   config.audit_file = pipe;

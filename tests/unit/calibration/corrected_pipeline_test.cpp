@@ -31,7 +31,7 @@ class SeenByStages final : public rt::Pipeline {
   Seen& seen_;
 };
 
-/// An arm whose second link is longer, and whose first joint stands elsewhere, than the device believes.
+/// An arm whose second link is longer, and whose first joint is elsewhere, than the device believes.
 std::shared_ptr<const calibration::ArmCalibration> found() {
   calibration::ArmCalibration calibration;
   calibration.nominal.use = calibration::AngleUse::kPose;

@@ -22,7 +22,7 @@ TEST(PageFiles, AreSmallTogether) {
   EXPECT_LE(bytes, 150'000U);
 }
 
-// The policy of the page forbids what is not a file of its own.
+// The policy of the page forbids what is not one of its own files.
 TEST(PageFiles, LoadNothingFromElsewhereAndHaveNoInlineCode) {
   for (const PageFile& file : page_files()) {
     const std::string text(file.text);

@@ -53,6 +53,14 @@ class Links(Pages):
             self.wrong_links("[a\nlink](docs/gone.md)\n"), ["README.md:2: docs/gone.md: there is no such file"]
         )
 
+    def test_paths_of_the_page_that_lists_them_exist(self):
+        self.write("rt/a.h", "")
+        self.write("docs/where.md", "`rt/` `rt/a.h` `rt/*.h` `SetTarget`\n`rt/b.h` `rt/a.h/` `rt/*.py`\n")
+        self.assertEqual(
+            self.wrong_links("text\n"),
+            [f"docs/where.md:2: {path}: there is no such path" for path in ("rt/b.h", "rt/a.h/", "rt/*.py")],
+        )
+
     def test_a_folder_is_no_page(self):
         self.assertIn("names a folder", self.wrong_links("[a](docs)\n")[0])
 

@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-# Of the tests only, or needed before a package is built.
+# Packages of the tests only, or needed before a package is built.
 NOT_NEEDED = {"g++", "ccache", "lld", "libgtest-dev", "libbenchmark-dev", "libceres-dev"}
 # Helpers of the build of packages.
 HELPERS = {"debhelper-compat", "dh-sequence-installsysusers", "dh-sequence-python3"}

@@ -41,7 +41,7 @@ RunConfig placed(RunConfig config, const Placed& place) {
   return config;
 }
 
-/// To its end on the board; the model.
+/// Runs to its end on the board; the model.
 template <class Identification, class Task>
 rt::IdentifiedModel identified_on_board(const RunConfig& config, const Task& task, SeenAs seen_as,
                                         const Placed& place = kUpright, double limit_s = 120.0) {

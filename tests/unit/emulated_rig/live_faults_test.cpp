@@ -11,7 +11,7 @@ namespace {
 
 using Case = FaultCase<EmulatedRig>;
 
-/// Of each kind one; the others are the study's.
+/// Representative of each kind; the others are the study's.
 std::vector<Case> representative() {
   std::vector<Case> cases;
   for (const Case& fault : live_fault_cases()) {

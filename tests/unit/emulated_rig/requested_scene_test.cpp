@@ -25,7 +25,7 @@ TEST(RequestedScene, IsLoadedAgainOnlyWhereTheDeviceIsToDoSomethingElse) {
     change(other);
     return renders_the_same(before, *requested_scene(other, rig));
   };
-  // What a hand does meanwhile is no matter of the device.
+  // What a hand does meanwhile does not concern the device.
   EXPECT_TRUE(same_after(
       [](identification::MotionRequest& w) { w.words = "once more", w.force_n = 3.0, w.hold_s = 2.0; }));
   EXPECT_FALSE(same_after([](identification::MotionRequest& w) { w.stiffness_n_per_mm = 1.1; }));

@@ -20,7 +20,7 @@ using namespace test;
 
 constexpr rt::HuntCrossleyParameters kLaw{0.25, 4e-4, 1.6};
 constexpr double kDepthMm = 7.0;
-/// Where this law's force has reached what shows a contact from noise: half the threshold, 10 mN.
+/// Depth at which this law's force has reached what shows a contact from noise: half the threshold, 10 mN.
 const double kLateMm = std::pow(0.010 / kLaw.stiffness_n_per_mm_m, 1.0 / kLaw.exponent);
 
 hal::RigInfo rig(hal::RigKind kind = hal::RigKind::kHardware, double rate_hz = 1000.0) {

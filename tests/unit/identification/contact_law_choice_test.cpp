@@ -51,7 +51,7 @@ ContactLawChoice chosen(const CreepFit& fit) {
   return choice.value_or(ContactLawChoice{});
 }
 
-/// As a sponge: soft at first, then its cells collapse, then it is dense.
+/// Displacement of a sponge: soft at first, then its cells collapse, then it is dense.
 double sponge_mm(double force_n) {
   return 12.0 * std::pow(force_n / 6.0, 1.2) / (0.15 + std::pow(force_n / 6.0, 1.2));
 }

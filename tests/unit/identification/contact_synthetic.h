@@ -70,7 +70,7 @@ inline std::vector<PalpationSample> synthetic_palpation(const rt::HuntCrossleyPa
   return samples;
 }
 
-/// The same as a rig would deliver it: encoders of `step_mm`, sensor noise, the surface at -3 mm.
+/// Observations as a rig would deliver them: encoders of `step_mm`, sensor noise, the surface at -3 mm.
 inline std::vector<rt::Observation> synthetic_observations(const rt::HuntCrossleyParameters& law,
                                                            double scale_mm, double noise_n = 0.003,
                                                            double step_mm = 0.007, double rate_hz = 1000.0) {

@@ -25,7 +25,7 @@ rt::CreepParameters object() {
   return law;
 }
 
-/// Three taps of 60 ms, then presses held for `hold_s`; none where that is 0.
+/// Three taps of 60 ms, then presses held for `hold_s`; none if that is 0.
 CreepFit palpated(unsigned seed, double hold_s) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0.0, 1.0);

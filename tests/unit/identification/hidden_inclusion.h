@@ -7,7 +7,7 @@
 
 namespace hapticd::identification::test {
 
-/// Of the round object that inclusions are hidden in; its uppermost point is the origin.
+/// Radius of the round object that inclusions are hidden in; its uppermost point is the origin.
 inline constexpr double kRadiusMm = 60.0;
 
 /// How far below its uppermost point the object's surface is.

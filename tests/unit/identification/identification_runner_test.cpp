@@ -1,5 +1,5 @@
-// Identifications on the simulated rig without the network: what clients do at the same time, from threads of
-// their own.
+// Identifications on the simulated rig without the network: what clients do at the same time, from separate
+// threads.
 
 #include "server/identification/run/identification_runner.h"
 

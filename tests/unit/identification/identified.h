@@ -12,7 +12,7 @@
 
 namespace hapticd::identification::test {
 
-/// The estimated parameter of that name. Throws std::out_of_range where there is none.
+/// Estimated parameter of that name. Throws std::out_of_range if there is none.
 inline const rt::EstimatedParameter& parameter(const std::vector<rt::EstimatedParameter>& all,
                                                const std::string& name) {
   const auto found = std::ranges::find(all, name, &rt::EstimatedParameter::name);
@@ -29,7 +29,7 @@ inline bool has_remark(const Identification& identification, const std::string& 
                              [&](const std::string& r) { return r.find(words) != std::string::npos; });
 }
 
-/// Why nothing was found; a failure of the test where something was.
+/// Why nothing was found; a failure of the test if something was.
 inline hal::Error refusal_of(const Identification& identification) {
   const auto model = identification.finish();
   EXPECT_FALSE(model) << "was not refused";

@@ -10,7 +10,7 @@
 
 namespace hapticd::identification::test {
 
-/// A file of the real recordings; empty where they are not on this machine.
+/// A file of the real recordings; empty if they are not on this machine.
 inline std::filesystem::path real_recording(const std::string& file) {
   const char* folder = std::getenv("HAPTICD_RECORDINGS");
   if (folder == nullptr || *folder == '\0') return {};

@@ -49,7 +49,7 @@ class DrivenRig {
     config.link.port = drive.port();
     config.link.device = drive.serial_port();
     turntable::TurntableSettings settings = quick_settings();
-    // A stall of the machine is no fault of the drive.
+    // A stall of the machine must not count as a fault of the drive.
     config.link.response_timeout_s = 0.5;
     settings.stale_after_s = 1.5;
     if (adapt) adapt(config, settings);

@@ -13,7 +13,7 @@ using hal::MotionEnd;
 using hal::TurntableState;
 using Over = DrivenRig::Over;
 
-/// Impatient, where the fault is that nothing comes.
+/// Impatient, if the fault is that nothing comes.
 void impatient(modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
   config.link.response_timeout_s = 0.1;
   settings.stale_after_s = 0.4;
@@ -86,7 +86,7 @@ TEST_P(ModbusFrame, AnExceptionIsReportedByNameAndPlace) {
 
 // A drive that answers "busy" (exception 6) or "still at work" (5) is there, and is asked again.
 
-/// Its link, and how long it may be busy.
+/// Link of a drive, and how long it may be busy.
 class BusyDrive : public testing::TestWithParam<std::tuple<Over, int>> {
  protected:
   static void long_suffering(modbus::ModbusConfig&, turntable::TurntableSettings& settings) {
@@ -96,7 +96,7 @@ class BusyDrive : public testing::TestWithParam<std::tuple<Over, int>> {
   DrivenRig rig{std::get<0>(GetParam()), EmulatedDrive::Make::kPlain, long_suffering};
   const int exception = std::get<1>(GetParam());
 
-  /// Until it has refused so many more requests.
+  /// Waits until it has refused so many more requests.
   void await_refusals(double count) const {
     const double before = rig.figure("exceptions");
     rig.await([&](const hal::TurntableStatus&) { return rig.figure("exceptions") >= before + count; });

@@ -88,7 +88,7 @@ TEST_F(Supervised, PassingTheTargetIsNotArriving) {
 TEST_F(Supervised, StallsWithoutProgress) {
   supervisor.begin_move(now, 0.0, 90.0, kLimits);
   EXPECT_TRUE(run(1.0, [](double) { return at(0.0, true, false); }));
-  EXPECT_EQ(end(), MotionEnd::kUnderWay);  // it is over once the table stands
+  EXPECT_EQ(end(), MotionEnd::kUnderWay);  // it is over once the table is at rest
   EXPECT_TRUE(supervisor.stopping());
   run(5.0, [](double) { return at(0.0, false, false); });
   EXPECT_EQ(end(), MotionEnd::kStalled);
@@ -121,7 +121,7 @@ TEST_F(Supervised, TimesOutAfterTheTrapezoidAndItsMargin) {
   const double began = now;
   double stopped_at = 0.0;
   for (; now < began + 60.0 && stopped_at == 0.0; now += kPeriod) {
-    // It creeps, so that it is no stall.
+    // It creeps, so that it has not stalled.
     if (supervisor.observe(now, at(2.0 * (now - began), true, false)) == Action::kSendStop) stopped_at = now;
   }
   EXPECT_NEAR(stopped_at - began, 1.5 * 1.5 + settings.arrival_margin_s, 2.0 * kPeriod);
@@ -179,7 +179,7 @@ TEST_F(Supervised, AStopThatTheDriveDoesNotTakeIsReported) {
   supervisor.stop_answered(now, hal::Error{"the drive refused: busy", "", "", "", ""});
   const auto turning = [](double t) { return at(30.0 * (t - 100.0), true, false); };
   run(2.5, turning);
-  supervisor.stop_answered(now, std::nullopt);  // from here on it has its time to stand
+  supervisor.stop_answered(now, std::nullopt);  // from here on it has its time to come to rest
   run(2.5, turning);
   EXPECT_EQ(end(), MotionEnd::kUnderWay);
   supervisor.stop_answered(now, hal::Error{"the drive refused: busy", "", "", "", ""});

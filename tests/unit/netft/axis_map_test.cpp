@@ -33,7 +33,7 @@ TEST(AxisMap, ReadsWithoutPlusAndBlanks) {
   EXPECT_EQ(map->text(), "+y +z +x");
 }
 
-/// Of the 48 signed permutations exactly the 24 rotations are mountings.
+/// Exactly the 24 rotations of the 48 signed permutations are mountings.
 TEST(AxisMap, AcceptsTheTwentyFourQuarterTurnsAndNoMirrorImage) {
   const std::array<std::string, 6> orders{"xyz", "yzx", "zxy", "xzy", "zyx", "yxz"};
   int accepted = 0;

@@ -88,11 +88,11 @@ struct NetFtBench {
   bool box_is_fed = false;
 };
 
-/// The same with a box that is fed.
+/// Bench with a box that is fed.
 struct FedBench : NetFtBench {
   explicit FedBench(emulators::NetFtBoxSettings settings = {}) : NetFtBench(as_fed(settings)) {
     box_is_fed = true;
-    // Silence is no fault where the test makes the pauses.
+    // Silence is not a fault if the test makes the pauses.
     config.stale_after_ms = 10'000.0;
   }
   static emulators::NetFtBoxSettings as_fed(emulators::NetFtBoxSettings settings) {

@@ -1,4 +1,4 @@
-// Who takes zero for zero, and what is left of it when the box restarts.
+// Zero of the sensor: what sets it, and what is left of it when the box restarts.
 
 #include <gtest/gtest.h>
 

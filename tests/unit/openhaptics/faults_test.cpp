@@ -61,7 +61,7 @@ TEST(OpenHapticsFaults, FromTheFaultToNoForceItTakesOneTick) {
   bench.page.device().frame_error = 0x0300;
   bench.page.device().frame_error_frames = 20;
   ASSERT_TRUE(eventually([&] { return bench.page.device().frame_error_frames == 0; }));
-  // Of the twenty frames with the fault one was under way when it came up; the others had no force.
+  // One of the twenty frames with the fault was under way when it came up; the others had no force.
   const std::uint64_t forced = bench.page.device().frames_forced - before;
   const std::uint64_t frames = bench.page.device().frames - frames_before;
   EXPECT_GE(frames, 20U);
@@ -135,8 +135,8 @@ TEST(OpenHapticsFaults, WarmWhenOpenedIsNoReasonNotTo) {
   EXPECT_FALSE(bench.device->engage());
 }
 
-// The library hangs: no one does with it. These end a process's use of the library, so each is one of its
-// own.
+// Hang of the library: the users of it must not hang with it. These end a process's use of the library, so
+// each has a separate one.
 class OpenHapticsHang : public testing::Test {
  protected:
   /// Whether the body of a test passes in a child process, whose library is then its own.
@@ -195,7 +195,7 @@ TEST_F(OpenHapticsHang, AFrame) {
     const std::uint64_t calls = bench.body->calls();
     EXPECT_FALSE(bench.page.device().force_enabled);
     EXPECT_TRUE(bench.finds("does not return"));
-    // When it comes back it finds no one, leaves no force and does not touch who is gone.
+    // When it comes back it finds no device, leaves no force and does not touch what is gone.
     bench.device = nullptr;
     EXPECT_TRUE(eventually([&] { return bench.page.device().force_n[1] == 0.0; }));
     std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -126,7 +126,7 @@ class HdBench {
     return eventually([&] { return std::abs(page.force_n().y - z_n) < 1e-9; });
   }
 
-  /// -1 where the device shows none of that name.
+  /// -1 if the device shows none of that name.
   double figure(const std::string& name) const { return find_figure(device->report(), name).value_or(-1.0); }
   bool finds(const std::string& words) const { return shows(device->report(), words); }
   /// Force off, device closed, library gone, in this order and without a breach of its rules.

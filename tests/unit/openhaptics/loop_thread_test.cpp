@@ -45,7 +45,7 @@ class KeptCpus {
   cpu_set_t set_{};
 };
 
-/// A device whose scheduler ticks, under the daemon's loop with a priority and a CPU of its own.
+/// A device whose scheduler ticks, under the daemon's loop with a separate priority and CPU.
 class TickingScheduler {
  public:
   explicit TickingScheduler(int cpu) : rig(parts_with(std::move(bench.device)), 1000.0), engine(rig) {

@@ -241,7 +241,7 @@ TEST(OpenHapticsScheduler, ReadingAndWritingTakesNoMemory) {
     hal::HapticDevice& device_;
   } body(*bench.device);
   std::thread runner([&] { bench.device->run(body, bench.stop); });
-  // No one else allocates meanwhile: neither this thread, nor the one that watches, nor the stand-in.
+  // Nothing else allocates meanwhile: neither this thread, nor the one that watches, nor the stand-in.
   while (body.calls.load() <= 1200 && !bench.returned) {
     timespec pause{0, 1'000'000};
     nanosleep(&pause, nullptr);

@@ -68,7 +68,7 @@ class DeviceBench {
     return sample;
   }
 
-  /// The same in the joints, slow enough for any tip.
+  /// Turns the joints, slow enough for any tip.
   hal::RigSample turn_to(const std::array<double, 3>& from_rad, const std::array<double, 3>& to_rad) {
     hal::RigSample sample;
     for (int k = 1; k <= 100; ++k) {

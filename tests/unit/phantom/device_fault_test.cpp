@@ -56,7 +56,7 @@ TEST_F(PhantomDeviceFault, AFrozenEncoderHoldsItsAngleAndNothingBreaks) {
   EXPECT_EQ(sample.status, 0U) << "an arm may rest: this cannot be reported";
   EXPECT_NEAR(sample.tip_position_mm.y, 0.0, 1e-9);
   EXPECT_NEAR(sample.tip_position_mm.z, 215.0 * std::sin(0.05) - 170.0, 0.05);
-  // Set free again it is where no arm can have got to in a tick, if it was held for long.
+  // Set free again, it is at a place that no arm can have reached in a tick, if it was held for long.
   bench.board->move_joints({0.5, 0.05, 0.0});
   bench.board->freeze_encoder(0, false);
   EXPECT_EQ(bench.tick(kPush).status, status::kDeviceFault);
@@ -114,7 +114,7 @@ TEST_F(PhantomDeviceFault, ABoardThatIsGoneCannotBeEngaged) {
 }
 
 TEST_F(PhantomDeviceFault, AnArmBeyondItsStopsWasHomedElsewhere) {
-  // Turned slowly to where no first joint goes.
+  // Turned slowly to a place that no first joint reaches.
   hal::RigSample sample;
   for (int k = 0; k <= 400; ++k) {
     bench.board->move_joints({0.0042 * k, 0.0, 0.0});

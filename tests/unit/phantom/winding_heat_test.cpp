@@ -58,7 +58,7 @@ TEST(WindingHeat, ALittleBeyondTheContinuousCurrentIsLeft) {
 
 TEST(WindingHeat, TooHotNothingIsAllowedUntilItHasCooled) {
   WindingHeat heat;
-  heat.advance(kPeakA, kForEverA, kTauS, 5.0);  // a command that was held while no one looked
+  heat.advance(kPeakA, kForEverA, kTauS, 5.0);  // a command that was held without a look
   ASSERT_TRUE(heat.over());
   EXPECT_EQ(heat.allowed_a(kPeakA, kForEverA), 0.0);
   while (heat.warm()) {

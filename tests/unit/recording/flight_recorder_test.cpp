@@ -196,7 +196,7 @@ TEST_F(FlightRecorderTest, TheDaemonsOwnLastStopIsNone) {
 TEST_F(FlightRecorderTest, TheRingOfARunThatCrashedBecomesAnIncident) {
   flight();
   flown(5000);
-  // As a crash leaves it: the file as it is now, and no one who has it open.
+  // As a crash leaves it: the file as it is now, and not open in any process.
   const std::string other = folder_.path("other");
   fs::create_directories(other);
   fs::copy_file(config_.folder + "/flight-0.ring", other + "/flight-0.ring");

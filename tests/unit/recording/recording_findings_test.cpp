@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 class RecordingFindings : public RecordingTest {
  protected:
-  /// Of recordings and of incidents.
+  /// Findings of recordings and of incidents.
   Findings examined() {
     Recorder recorder(hub_, board_, sources_, config_);
     FlightRecorder flight(hub_, board_, sources_, config_);

@@ -20,7 +20,7 @@
 
 namespace hapticd::server {
 
-/// Engine and hub driven by hand in a time of their own, and what those who record need of the daemon.
+/// Engine and hub driven by hand in a separate time, and what those who record need of the daemon.
 class RecordingTest : public testing::Test {
  protected:
   explicit RecordingTest(std::size_t ring = 8192) : engine_(rig_, ring), hub_(engine_) {

@@ -88,7 +88,7 @@ std::string utf16(std::string_view ascii, bool big, bool mark) {
   return text;
 }
 
-/// The same two rows, 0 s, 0 N, 0 mm and 0.5 s, 2 N, 3 mm, as other programs write them.
+/// Formats in which other programs write the same two rows, 0 s, 0 N, 0 mm and 0.5 s, 2 N, 3 mm.
 TEST(ReplayFileFormat, OfOtherMachinesIsReadAsItIs) {
   const std::string plain = "time_s,force_N,depth_mm\n0,0,0\n0.5,2,3\n";
   struct Machine {

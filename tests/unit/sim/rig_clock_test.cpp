@@ -54,7 +54,7 @@ TEST_P(LoopRate, EveryReadIsOneTickAndOnePeriod) {
   for (std::uint64_t tick = 0; tick < 20'000; ++tick) {
     rig.tick();
     ASSERT_EQ(rig.sample().tick, tick);
-    // The world moves in steps of 0.1 ms; a period that is no multiple of them may not drift either.
+    // The world moves in steps of 0.1 ms; a period that is not a multiple of them may not drift either.
     const double exact_ns = 1e9 * static_cast<double>(tick + 1) / GetParam();
     ASSERT_LE(std::abs(static_cast<double>(rig.sample().time_ns) - exact_ns), 100'000.0);
     ASSERT_GT(rig.sample().time_ns, last_ns);

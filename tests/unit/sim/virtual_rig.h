@@ -19,7 +19,7 @@ inline hal::Vector3 cross(const hal::Vector3& a, const hal::Vector3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// A simulated rig and the last thing it said; throws with the whole complaint where it refuses.
+/// A simulated rig and the last thing it said; throws with the whole complaint if it refuses.
 class VirtualRig {
  public:
   explicit VirtualRig(const sim::SimulationConfig& config) {

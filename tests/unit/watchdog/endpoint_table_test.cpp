@@ -1,4 +1,4 @@
-// Who is missing, in virtual time.
+// Missing endpoints, in virtual time.
 
 #include "server/watchdog/endpoint_table.h"
 

@@ -1,4 +1,4 @@
-"""From journals to estimates: of each participant in each condition, and of the group."""
+"""Estimates from journals: of each participant in each condition, and of the group."""
 
 from __future__ import annotations
 
@@ -47,20 +47,20 @@ class Session:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Of one participant in one condition whose trials are all answered."""
+    """Results of one participant in one condition whose trials are all answered."""
 
     participant: str
     condition: str
     target: float  #: reference_n_per_mm
     fit: fits.Fit
-    published: float  #: by the protocol's own estimator, N/mm; NaN where that is the likelihood
+    published: float  #: by the protocol's own estimator, N/mm; NaN if that is the likelihood
     discarded: int
     minutes: float  #: of the rig's time; NaN without a rig
 
 
 @dataclass(frozen=True)
 class Rating:
-    """Of a pair of stimuli."""
+    """Results of a pair of stimuli."""
 
     participant: str
     condition: str
@@ -83,7 +83,7 @@ class Group:
 
 
 def read(paths: Iterable[Path]) -> list[Session]:
-    """Journals, and those of folders. Raises BadFile where one is damaged, or where two are of different protocols."""
+    """Journals, and those of folders. Raises BadFile if one is damaged, or if two are of different protocols."""
     found: list[Session] = []
     for path in paths:
         files = sorted(path.glob("*.jsonl")) if path.is_dir() else [path]
@@ -105,7 +105,7 @@ def read(paths: Iterable[Path]) -> list[Session]:
 
 
 def published_estimate(protocol: protocols.Protocol, series: Series) -> float:
-    """By the protocol's own estimator, N/mm; NaN where it has none."""
+    """Estimate by the protocol's own estimator, N/mm; NaN if it has none."""
     settings = protocol.procedure
     if settings["estimator"] == "thresholds":
         return fits.by_thresholds(series, settings["crossing"])
@@ -115,7 +115,7 @@ def published_estimate(protocol: protocols.Protocol, series: Series) -> float:
 
 
 def estimates(sessions: Sequence[Session], *, resamples: int = 0) -> list[Estimate]:
-    """Of the conditions that are done."""
+    """Results of the conditions that are done."""
     found = []
     for one in sessions:
         if one.protocol.kind != "compare":
@@ -161,7 +161,7 @@ def ratings(sessions: Sequence[Session]) -> list[Rating]:
 
 
 def stimulus_name(stimulus: protocols.Stimulus) -> str:
-    """Where it is, and what is rendered there."""
+    """Place of a stimulus, and what is rendered there."""
     place = stimulus.station or stimulus.object
     scene = stimulus.scene or next(
         (line.split('"')[1] for line in stimulus.scene_toml.splitlines() if line.startswith("name") and line.count('"') >= 2), "scene"
@@ -182,7 +182,7 @@ def mean_with_interval(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 def groups(found: Sequence[Estimate], conditions: Sequence[str]) -> list[Group]:
-    """In the protocol's order of conditions; those that no one has done are left out."""
+    """Conditions in the protocol's order; those without a trial are left out."""
     result = []
     for name in conditions:
         members = [one for one in found if one.condition == name]
@@ -194,7 +194,7 @@ def groups(found: Sequence[Estimate], conditions: Sequence[str]) -> list[Group]:
 
 
 def text_of(sessions: Sequence[Session], found: Sequence[Estimate], rated: Sequence[Rating]) -> str:
-    """For the terminal."""
+    """Text for the terminal."""
     protocol = sessions[0].protocol
     source = f" ({protocol.source})" if protocol.source else ""
     lines = [f"{protocol.title}{source}: {len(sessions)} participant{'s' if len(sessions) != 1 else ''}"]

@@ -11,7 +11,7 @@ import hapticd
 from hapticd.errors import Refused
 from hapticd.v1 import access_pb2, recording_pb2, rig_pb2
 
-#: Of the lease and of recordings, by which those of a session are known.
+#: Purpose of the lease and of recordings, by which those of a session are known.
 PURPOSE = "experiment"
 
 
@@ -20,7 +20,7 @@ def of_session(rig: hapticd.Rig) -> Iterator[None]:
     """The rig's lease while the block runs. A session of the same identity that is no longer heard of is waited for until
     its lease is over, its recording is ended, and the fault that its loss has raised is cleared.
 
-    Raises NotAllowed (LEASE_HELD) where another client, or a session that is alive, controls the rig.
+    Raises NotAllowed (LEASE_HELD) if another client, or a session that is alive, controls the rig.
     """
     own = rig.get_access().identity
     before = _when_no_dead_session_holds(rig, own)
@@ -52,7 +52,7 @@ def _end_recording(rig: hapticd.Rig, own: str) -> None:
 
 
 def _clear_own_loss(rig: hapticd.Rig) -> None:
-    """Without a scene, so that no force returns by it."""
+    """Clears without a scene, so that no force returns by it."""
     if rig.get_rig_state().guard_fault == rig_pb2.GUARD_FAULT_CLIENT_LOST:
         rig.unload_scene()
         rig.clear()

@@ -13,7 +13,7 @@ from hapticd.errors import BadFile
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment.analysis import Session
 
-#: Of every row, with what the sidecar says of it: meaning, and the unit or the levels.
+#: Columns of every row, with what the sidecar says of each: meaning, and the unit or the levels.
 COLUMNS: Mapping[str, Mapping[str, Any]] = {
     "onset": {
         "Description": "Begin of the presentation, or instant of the answer, since the begin of the recording of this row; without one, since "
@@ -44,7 +44,7 @@ COLUMNS: Mapping[str, Mapping[str, Any]] = {
     "end_tick": {"Description": "Last tick of the presentation in the recording"},
     "recording": {"Description": "Name of the daemon's recording with the telemetry of these ticks"},
 }
-#: Of participants.tsv.
+#: Columns of participants.tsv.
 PEOPLE: Mapping[str, Mapping[str, Any]] = {
     "number": {"Description": "Number of the participant, from 0; the order of the conditions depends on it"},
     "seed": {"Description": "Seed of all that was drawn at random"},
@@ -127,13 +127,13 @@ def _json(path: Path, value: Any) -> None:
 
 
 def _present(names: Sequence[str], lines: Sequence[Row]) -> list[str]:
-    """Without what no row has, such as times where there was no rig."""
+    """Columns without those that no row has, such as times if there was no rig."""
     return [name for name in names if any(line.get(name) is not None for line in lines)]
 
 
 def to_bids(sessions: Sequence[Session], folder: Path, authors: Sequence[str] = ()) -> list[Path]:
     """BIDS, behavioural data: sub-CODE/beh/sub-CODE_task-NAME_beh.tsv with a sidecar, participants and a description. Raises
-    BadFile where the folder has files already, or where two codes are the same without '_' and '-'."""
+    BadFile if the folder has files already, or if two codes are the same without '_' and '-'."""
     if folder.exists() and any(folder.iterdir()):
         raise BadFile("the folder is not empty", where=str(folder), remedy="name a new one")
     labels = [_plain(one.participant) for one in sessions]
@@ -167,7 +167,7 @@ def to_bids(sessions: Sequence[Session], folder: Path, authors: Sequence[str] = 
 
 
 def _own_name() -> str:
-    """Of the user who exports."""
+    """Name of the user who exports."""
     try:
         user = pwd.getpwuid(os.getuid())
     except KeyError:  # a container may have no such user

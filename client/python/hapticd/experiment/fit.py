@@ -19,7 +19,8 @@ Array = npt.NDArray[np.float64]
 #: A lapse is more likely the rarer it is: density of Beta(1, 20), up to 0.1. Prins 2012: fixed at 0 it biases the rest.
 LAPSE_PRIOR = 19.0
 MAX_LAPSE = 0.1
-#: Of stiffness: Weber fractions of 0.06 … 0.23 are published (D§3.4.2). Centre and width (of the logarithm) of the prior.
+#: Deviation of stiffness: Weber fractions of 0.06 … 0.23 are published (D§3.4.2). Centre and width (of the logarithm)
+#: of the prior.
 TYPICAL_DEVIATION = 0.15
 #: It is wide: a staircase of 30 trials says so little of the deviation that a narrow prior makes good observers' intervals too wide
 #: and worse ones' too narrow (0.8: 99 and 93 % held at Weber fractions of 0.055 and 0.13; 2: 98 and 94 %).
@@ -42,15 +43,15 @@ class Fit:
     trials: int
     low: float = math.nan  #: of the 95 % interval of the PSE
     high: float = math.nan
-    #: Difference threshold (75 %), N/mm; None where the procedure does not support one.
+    #: Difference threshold (75 %), N/mm; None if the procedure does not support one.
     dl: Optional[float] = None
     dl_low: float = math.nan
     dl_high: float = math.nan
 
 
 def shares(level: Array, pse: Array, deviation: Array, lapse: Array, band: Optional[Array] = None) -> tuple[Array, Array, Array]:
-    """Of the answers harder, same, softer. band: what counts as the same, over the deviation; None: there is no such answer.
-    A lapse is any of the answers there are."""
+    """Probabilities of the answers harder, same, softer. band: what counts as the same, over the deviation; None: there
+    is no such answer. A lapse is any of the answers there are."""
     away = np.log(level / pse) / deviation
     if band is None:
         harder = 0.5 * lapse + (1.0 - lapse) * ndtr(away)
@@ -61,7 +62,8 @@ def shares(level: Array, pse: Array, deviation: Array, lapse: Array, band: Optio
 
 
 class _Posterior:
-    """Of μ, σ, λ, and the band of "same" where there is one, on a grid; for many sets of answers at the same levels at once."""
+    """Posterior of μ, σ, λ, and the band of "same" if there is one, on a grid; for many sets of answers at the same
+    levels at once."""
 
     MEAN_STEP = 0.01
     DEVIATIONS = np.geomspace(0.03, 0.6, 16)
@@ -81,8 +83,8 @@ class _Posterior:
         self._lapse = whole[1]
 
     def of(self, counts: Sequence[Array]) -> tuple[Array, Array, Array, Array]:
-        """Of N×levels counts of each answer: the marginals of μ and σ and the logarithm of the profile over μ, N×grid, and the
-        means of λ, N."""
+        """Marginals of N×levels counts of each answer: those of μ and σ and the logarithm of the profile over μ,
+        N×grid, and the means of λ, N."""
         log = sum((count @ one for count, one in zip(counts, self._logs)), np.zeros(1)) + self._prior
         log -= log.max(axis=1, keepdims=True)
         weight = np.exp(log)
@@ -124,8 +126,8 @@ def supports_threshold(series: Series) -> bool:
 
 
 def of_series(series: Series, *, resamples: int = 0, seed: int = 0, names: Sequence[seeds.Name] = ()) -> Fit:
-    """Of all trials of a condition, under weak priors of σ and λ: PSE and interval halfway between those of the marginal posterior and
-    of the profile likelihood. NaN where all answers are alike.
+    """Fit of all trials of a condition, under weak priors of σ and λ: PSE and interval halfway between those of the
+    marginal posterior and of the profile likelihood. NaN if all answers are alike.
 
     How the levels were chosen does not matter to it, so it holds for staircases. With `resamples` the interval is instead that of
     so many parametric bootstraps at the same levels: for constant stimuli.
@@ -170,8 +172,8 @@ def _crossing(levels: Array, harder: Array, presented: Array) -> float:
 
 
 def by_thresholds(series: Series, crossing: Literal["first", "last"] = "first") -> float:
-    """D§3.4.1: of each series the mean of upper and lower threshold, each halfway between the two trials at which the answers
-    changed; of the series the mean. NaN where no series has both.
+    """Threshold of D§3.4.1: of each series the mean of upper and lower threshold, each halfway between the two trials
+    at which the answers changed; of the series the mean. NaN if no series has both.
 
     Answers that alternate cross a threshold several times: "first" and "last" are as the series was presented.
     """

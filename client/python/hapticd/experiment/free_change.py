@@ -19,7 +19,7 @@ CHANGED_SHARE = 0.6
 
 
 class Side:
-    """At which of the two places the tool is."""
+    """Place, of the two, at which the tool is."""
 
     def __init__(self, condition: Condition) -> None:
         self._from = np.array(condition.reference.at_mm)

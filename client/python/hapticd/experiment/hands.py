@@ -1,4 +1,4 @@
-"""Who touches: a person, or the simulated hand of a simulated rig."""
+"""Hands: a person's, or the simulated hand of a simulated rig."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Person:
 class SimulatedHand:
     """Presses once, as hard and as fast as people do: 3 ± 0.5 N, built up at 6 … 12 N/s, held for a moment. Strokes as hard, and
     begins more gently. Changes between two places once, or goes back to the first, or to both. Searches place after place, in
-    an order of its own, lightly, until one is harder than the others by more than it takes for noise.
+    its own order, lightly, until one is harder than the others by more than it takes for noise.
 
     weber: of what it feels, as of an Observer.
     """
@@ -227,11 +227,11 @@ class PersonOnSimulatedRig(SimulatedHand):
         super().explore(rig, trial, condition, path_mm)
 
     def has_explored(self, rig: hapticd.Rig, at: Role, has_pressed: bool, lifted: bool) -> bool:
-        self.person.says_done()  # raises where the page is gone
+        self.person.says_done()  # raises if the page is gone
         return super().has_explored(rig, at, has_pressed, lifted)
 
     def is_done(self, has_pressed: bool, lifted: bool) -> bool:
-        self.person.says_done()  # raises where the page is gone
+        self.person.says_done()  # raises if the page is gone
         return super().is_done(has_pressed, lifted)
 
     def sees(self, block: Block) -> None:

@@ -26,7 +26,7 @@ def to_line(event: Mapping[str, Any]) -> bytes:
 
 
 def parse(content: bytes, where: str) -> tuple[list[Event], int]:
-    """Events, and how many bytes of whole lines they are. Raises BadFile where a whole line is none."""
+    """Events, and how many bytes of whole lines they are. Raises BadFile if a whole line is none."""
     events: list[Event] = []
     used = 0
     for number, line in enumerate(content.split(b"\n")[:-1], 1):
@@ -63,7 +63,7 @@ class Journal:
 
     @staticmethod
     def create(path: Path) -> Journal:
-        """Raises BadFile where the file is there already: a participant's code is used once."""
+        """Raises BadFile if the file is there already: a participant's code is used once."""
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_APPEND, 0o644)
@@ -96,7 +96,7 @@ class Journal:
         return Journal(path, events[:keep], file)
 
     def append(self, event: Mapping[str, Any]) -> None:
-        """Returns when it is on the disk. Raises OSError where it is full: the experiment stops there."""
+        """Returns when it is on the disk. Raises OSError if it is full: the experiment stops there."""
         line = to_line(event)
         written = os.write(self._file, line)
         if written != len(line):  # the next start cuts it
@@ -117,7 +117,7 @@ def _lock(file: int, path: Path) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """So that the new file's name survives a loss of power."""
+    """Syncs the folder, so that the new file's name survives a loss of power."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -53,7 +53,7 @@ def felt_stiffness(force_n: Array, depth_mm: Array) -> float:
     """Slope of force over depth while it is pressed, N/mm, weighted to its first rise (D§3.4.2, [70] there).
 
     force_n, depth_mm: of one presentation, in time; positive into the object. Least squares of a line; a sample at a
-    share s of the greatest depth counts exp(-2 s). NaN where nothing was pressed.
+    share s of the greatest depth counts exp(-2 s). NaN if nothing was pressed.
     """
     force, depth = np.asarray(force_n, dtype=float), np.asarray(depth_mm, dtype=float)
     finite = np.isfinite(force) & np.isfinite(depth)

@@ -222,14 +222,14 @@ class PagePerson:
     # The hand's side, while a stimulus is presented.
 
     def begins(self) -> None:
-        """The tool stands at the object, or above it: the participant may touch."""
+        """The tool is at the object, or above it: the participant may touch."""
         self._forget_spaces()
         with self._changed:
             interval = self._views.participant.get("interval", 1)
         self._show("touch", self._touching, interval=interval, **({"places_mm": self._places} if self._places else {}))
 
     def says_done(self) -> bool:
-        """Raises Interrupted where the page or its noise went away, Aborted where the session was ended."""
+        """Raises Interrupted if the page or its noise went away, Aborted if the session was ended."""
         self._raise_if_aborted()
         with self._changed:
             if self._fault:
@@ -245,7 +245,7 @@ class PagePerson:
         return False
 
     def sees(self, block: Block) -> None:
-        """Where the tool is, for a drawing that ends when the object is touched."""
+        """Place of the tool, for a drawing that ends when the object is touched."""
         if not len(block):
             return
         of = "truth" if "truth_tip_position_x_mm" in block.names else "sample"

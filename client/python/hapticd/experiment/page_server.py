@@ -41,7 +41,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         pass
 
     def _role(self) -> Optional[str]:
-        """Of the key in the address; None and an answer where it is none, or where another site's name leads here."""
+        """Session of the key in the address; None and an answer if it has none, or if another site's name leads here."""
         host = self.headers.get("Host", "")
         if host.rpartition(":")[0] not in ("127.0.0.1", "localhost"):
             self._refuse(HTTPStatus.FORBIDDEN, "this page is for this machine")

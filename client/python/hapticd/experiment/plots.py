@@ -54,7 +54,7 @@ def equality(found: Sequence[Estimate], conditions: Sequence[str]) -> Any:
     figure = new_figure(figsize=(8.5, 3.8))
     left, right = figure.subplots(1, 2)
     means, targets = np.array([one.mean for one in groups]), np.array([one.target for one in groups])
-    # Of one participant alone there is no interval.
+    # One participant alone has no interval.
     error = np.nan_to_num([[one.mean - one.low, one.high - one.mean] for one in groups]).reshape(-1, 2).T
     left.bar(place, means, width=0.6, color=BLUE, alpha=0.35, label="PSE")
     left.errorbar(place, means, yerr=error, fmt="none", ecolor=BLUE, capsize=4)

@@ -1,4 +1,4 @@
-"""Which stimulus comes next: pure, without clock, files or a generator of their own.
+"""Choice of the next stimulus: pure, without clock, files or a separate generator.
 
 A procedure is a value. next_level() says what to present, None when it is over; answered() gives the procedure after an
 answer. What was discarded never reaches it: the same level is presented again. An answer is about the comparison: it felt
@@ -32,7 +32,7 @@ class Given:
 
 
 def _on_grid(level: float) -> float:
-    """Without what adding steps leaves behind."""
+    """Level without what adding steps leaves behind."""
     return round(level, 9)
 
 
@@ -161,7 +161,8 @@ def _quest_table(levels: tuple[float, ...], means: tuple[float, ...], deviations
 class QuestPlus:
     """QUEST+ (Watson 2017): the level that leaves the least expected entropy of mean, deviation and lapse rate.
 
-    Of the function of fit.Fit; deviations are over the level. "same" counts as half of each answer. Flat prior over the grid.
+    Grid of the function of fit.Fit; deviations are over the level. "same" counts as half of each answer. Flat prior
+    over the grid.
     """
 
     levels: tuple[float, ...]
@@ -175,7 +176,7 @@ class QuestPlus:
         return _quest_table(self.levels, self.means, self.deviations, self.lapses)
 
     def posterior(self) -> Array:
-        """Over means × deviations × lapses; sums to 1."""
+        """Posterior over means × deviations × lapses; sums to 1."""
         table = self._table()
         log = np.zeros(table.shape[1])
         for one in self.given:
@@ -188,7 +189,7 @@ class QuestPlus:
 
     @property
     def mean(self) -> float:
-        """Of the posterior: the point of subjective equality."""
+        """Mean of the posterior: the point of subjective equality."""
         return float(np.dot(self.posterior().sum(axis=(1, 2)), self.means))
 
     def next_level(self) -> Optional[float]:
@@ -237,7 +238,7 @@ class Series:
     trials: int = 0
 
     def current(self) -> Optional[int]:
-        """Which member presents next."""
+        """Index of the member that presents next."""
         open_members = [index for index, one in enumerate(self.members) if one.next_level() is not None]
         if not open_members:
             return None
@@ -300,8 +301,8 @@ def make(settings: Mapping[str, Any], reference: float, lowest: float, highest: 
 
 
 def highest_start_and_level(settings: Mapping[str, Any], reference: float, starts: Sequence[float] = ()) -> tuple[float, float]:
-    """The highest level without which a procedure makes no sense, and that to which it may come (infinite where the answers decide),
-    N/mm."""
+    """The highest level without which a procedure makes no sense, and that to which it may come (infinite if the
+    answers decide), N/mm."""
     kind = settings["kind"]
     if kind == "limits":
         return reference + settings["start_distance_n_per_mm"] + settings["start_jitter_n_per_mm"], math.inf

@@ -16,7 +16,7 @@ from hapticd.errors import BadFile
 from hapticd.experiment import procedures, stops
 from hapticd.experiment.reading import Table
 
-#: Of this package; named without ".toml".
+#: Protocols of this package; named without ".toml".
 SHIPPED = Path(__file__).resolve().parent / "protocols"
 
 ANSWERS = ("first", "same", "second")
@@ -28,9 +28,9 @@ MAX_BYTES = 1 << 20  # of the file, and of each scene
 class Stimulus:
     """What is presented in one interval."""
 
-    scene: str  #: name of a scene that the daemon knows; empty where there is a text
+    scene: str  #: name of a scene that the daemon knows; empty if there is a text
     scene_toml: str  #: text of a scene
-    station: str  #: of the turntable; empty where it is not turned
+    station: str  #: of the turntable; empty if it is not turned
     object: str  #: put under the tool on a simulated rig without a table; empty: as it is
     stations: tuple[str, ...] = ()  #: of which one is drawn for each trial, in place of `station`
     at_mm: tuple[float, ...] = (0.0, 0.0)  #: where it lies, rig frame; for a free change
@@ -88,7 +88,7 @@ class Protocol:
 
     @property
     def sha256(self) -> str:
-        """Of the document in a canonical form: comments and layout do not count."""
+        """Hash of the document in a canonical form: comments and layout do not count."""
         return hashlib.sha256(json.dumps(self.document, sort_keys=True).encode()).hexdigest()
 
     def condition(self, name: str) -> Condition:
@@ -107,7 +107,8 @@ class Protocol:
         return procedures.make(settings, condition.reference_n_per_mm, self.lowest_n_per_mm, highest, seed, participant, condition.name)
 
     def needed_n_per_mm(self, condition: Condition) -> float:
-        """The highest level of the comparison that a rig has to render; where the protocol gives no highest one, the rig does."""
+        """The highest level of the comparison that a rig has to render; if the protocol gives no highest one, the rig
+        does."""
         start, reached = procedures.highest_start_and_level(self.procedure, condition.reference_n_per_mm, condition.starts_n_per_mm)
         return min(reached if self.highest_n_per_mm < MAX_STIFFNESS else start, self.highest_n_per_mm)
 
@@ -237,7 +238,7 @@ MIN_APART_MM = 60.0
 
 
 def _check_places(protocol: Protocol, where: str) -> None:
-    """Of a free change."""
+    """Stimuli of a free change."""
     if protocol.change != "free":
         return
     if protocol.kind != "compare" or protocol.approach != "free" or protocol.order != "reference_first":

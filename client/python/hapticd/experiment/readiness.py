@@ -18,7 +18,7 @@ MAX_LOAD_N = 0.5
 #: How long a drive may take to report its position, s.
 CONNECT_S = 5.0
 CONNECTING = (turntable_pb2.TURNTABLE_STATE_IDLE, turntable_pb2.TURNTABLE_STATE_CONNECTING)
-#: What a turntable needs before it can turn, where the interlock does not say it.
+#: What a turntable needs before it can turn, if the interlock does not say it.
 TABLE_REMEDIES = {
     turntable_pb2.TURNTABLE_STATE_NOT_HOMED: "hapticctl turntable home",
     turntable_pb2.TURNTABLE_STATE_STALLED: "remove what holds it, then hapticctl turntable clear",
@@ -28,8 +28,8 @@ TABLE_REMEDIES = {
 
 
 def check_scenes(rig: hapticd.Rig, protocol: protocols.Protocol) -> dict[str, float]:
-    """By condition, the highest level of the comparison that the rig renders, N/mm. Raises BadFile for a station that there is
-    not, a scene that cannot be loaded, a target that is too stiff."""
+    """Highest level of the comparison that the rig renders, by condition, N/mm. Raises BadFile for a station that there
+    is not, a scene that cannot be loaded, a target that is too stiff."""
     stations, rendered = _stations(rig), {}
     for condition in protocol.conditions:
         for role, stimulus in (("reference", condition.reference), ("comparison", condition.comparison)):
@@ -92,7 +92,8 @@ def check_feasible(rig: hapticd.Rig, protocol: protocols.Protocol, load: Callabl
 
 
 def problems(rig: hapticd.Rig, protocol: protocols.Protocol) -> list[HapticdError]:
-    """Each with its remedy; none where a session can begin. A latched guard is none of them: the experimenter's page clears it."""
+    """Each with its remedy; none if a session can begin. A latched guard is none of them: the experimenter's page
+    clears it."""
     found: list[HapticdError] = [
         HapticdError(one.text, where=one.topic, remedy=one.remedy)
         for one in rig.diagnose().findings
@@ -113,14 +114,14 @@ def problems(rig: hapticd.Rig, protocol: protocols.Protocol) -> list[HapticdErro
 
 
 def latched(rig: hapticd.Rig) -> str:
-    """The fault that keeps the force away, in a word; empty where none does."""
+    """The fault that keeps the force away, in a word; empty if none does."""
     state = rig.get_rig_state()
     is_latched = state.guard_state == rig_pb2.GUARD_STATE_LATCHED
     return enum_word(rig_pb2.GuardFault.DESCRIPTOR, state.guard_fault) if is_latched else ""
 
 
 def latched_problem(rig: hapticd.Rig) -> Optional[HapticdError]:
-    """For those who have no page to clear it."""
+    """Remedy for those who have no page to clear it."""
     fault = latched(rig)
     return HapticdError("there is no force", where="guard", value=fault, remedy="see to the cause, then hapticctl clear") if fault else None
 

@@ -23,7 +23,7 @@ from hapticd.experiment.stage import Aborted, Interrupted, Presentation, record_
 from hapticd.experiment.touch import GROUPS, GROUPS_OF_TRUTH, Touch
 from hapticd.v1 import guide_pb2, presentation_pb2, recording_pb2, rig_pb2
 
-#: Of the summary, for the journal.
+#: Peaks of the summary, for the journal.
 PEAKS = (
     "number",
     "begin_tick",
@@ -48,7 +48,7 @@ SAMPLES_HZ = 250.0
 
 
 class RigStage:
-    """On a daemon that this program controls: it holds the lease meanwhile. Use as a context manager."""
+    """Stage on a daemon that this program controls: it holds the lease meanwhile. Use as a context manager."""
 
     def __init__(self, rig: hapticd.Rig, hand: Hand, *, seed: int = 0, record_as: str = "", wait_for_clear_s: float = WAIT_FOR_CLEAR_S, on_wait: Callable[[str], None] = lambda text: None) -> None:
         self._rig = rig
@@ -73,7 +73,7 @@ class RigStage:
         self._time_ns = 0
 
     def __enter__(self) -> RigStage:
-        with contextlib.ExitStack() as stack:  # where a part of it fails, the rest is given back
+        with contextlib.ExitStack() as stack:  # if a part of it fails, the rest is given back
             stack.enter_context(control.of_session(self._rig))
             groups = GROUPS_OF_TRUTH if self._has_truth else GROUPS
             stream = stack.enter_context(self._rig.telemetry(groups, hz=SAMPLES_HZ, latency_s=self._latency_s, queue_s=60.0))
@@ -184,7 +184,7 @@ class RigStage:
                 yield at, dataclasses.replace(presentation, flaws=own)
 
     def _lifted(self, side: free_change.Side, of: str, max_s: float) -> int:
-        """When the tool is in free air, ns; at which of the two places it is then."""
+        """Time at which the tool is in free air, ns, and at which of the two places it is then."""
         began_ns: Optional[int] = None
         for block in self._blocks:
             self._hand.sees(block)
@@ -253,8 +253,8 @@ class RigStage:
         return seeds.generator(self._seed, what, trial.condition, int(trial.is_training), trial.number, trial.attempt, role)
 
     def _put_inclusion(self, stimulus: protocols.Stimulus, trial: Trial, role: Role) -> tuple[float, float]:
-        """Where the inclusion lies in this presentation, aside of where it lay when it was identified, mm. A rendered one is
-        rendered there; on a simulated rig a real one is put there. Of a real object on a real rig: several stations."""
+        """Offset of the inclusion in this presentation from where it lay when it was identified, mm. A rendered one is
+        rendered there; on a simulated rig a real one is put there. A real object on a real rig takes several stations."""
         assert self._protocol is not None
         within_mm = self._protocol.inclusion_within_mm
         if within_mm <= 0.0:
@@ -314,7 +314,7 @@ class RigStage:
         return Presentation(flaws, record, felt, found_after_s)
 
     def _above(self, protocol: protocols.Protocol, trial: Trial, role: Role) -> tuple[float, ...]:
-        """Where the tool is let go; aside at random, so that where it stands says nothing of what is sought."""
+        """Place at which the tool is let go; aside at random, so that it says nothing of what is sought."""
         if protocol.start_jitter_mm <= 0.0:
             return protocol.above_mm
         x, y, z = protocol.above_mm
@@ -357,7 +357,7 @@ class RigStage:
         self._guide(point_mm=above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
 
     def _until_done(self, begin_tick: int, from_contact: bool, max_s: float) -> Optional[Touch]:
-        """The touch, when the hand is done with it; None where it took too long."""
+        """The touch, when the hand is done with it; None if it took too long."""
         touch = Touch(self._has_truth, from_contact)
         for block in self._blocks:
             self._hand.sees(block)

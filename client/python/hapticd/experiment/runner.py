@@ -19,7 +19,7 @@ from hapticd.experiment.session import Break, Condition, End, Role, State, Trial
 
 
 class Participant(Interface):
-    """Who answers: a person at the page, or a simulated observer."""
+    """Answers: of a person at the page, or of a simulated observer."""
 
     def ready(self, state: State, trial: Trial, interval: int) -> Sequence[Event]:
         """Returns when the next presentation may begin; the events are for the journal, e.g. early keys."""
@@ -34,11 +34,11 @@ class Participant(Interface):
         """Returns when the rest is over."""
 
     def notify(self, event: Event) -> None:
-        """After each event, for views."""
+        """Called after each event, for views."""
 
 
 def path_of(folder: Path, protocol: protocols.Protocol, participant: str) -> Path:
-    """FOLDER/PROTOCOL_PARTICIPANT.jsonl. Raises BadFile where the code is none."""
+    """FOLDER/PROTOCOL_PARTICIPANT.jsonl. Raises BadFile if the code is none."""
     if not participant or not all(one.isascii() and (one.isalnum() or one in "_-") for one in participant) or len(participant) > 64:
         raise BadFile("this is no participant's code", value=repr(participant), limit="1 … 64 letters, digits, '_' and '-'")
     return folder / f"{protocol.name}_{participant}.jsonl"
@@ -48,14 +48,14 @@ def begin(
     folder: Path, protocol: protocols.Protocol, participant: str, number: int, seed: int, versions: dict[str, str],
     rendered: Mapping[str, float] = {},
 ) -> Journal:  # fmt: skip
-    """A new journal. Raises BadFile where this code was used. rendered: see session.State."""
+    """A new journal. Raises BadFile if this code was used. rendered: see session.State."""
     journal = Journal.create(path_of(folder, protocol, participant))
     journal.append(session.begin(protocol, participant, number, seed, versions, rendered))
     return journal
 
 
 def resume(path: Path, protocol: Optional[protocols.Protocol] = None) -> Journal:
-    """A journal, to go on after its last complete trial. Raises BadFile where it is of another protocol."""
+    """A journal, to go on after its last complete trial. Raises BadFile if it is of another protocol."""
     events = journals.read(path)
     state = session.fold(events[: session.last_complete(events)] or events, str(path))
     if protocol is not None and state.protocol.sha256 != protocol.sha256:
@@ -83,7 +83,7 @@ class Runner:
         return self._state
 
     def run(self, until: Optional[Callable[[State], bool]] = None) -> State:
-        """To the end, or until it is aborted; `until`: asked before each step."""
+        """Runs to the end, or until it is aborted; `until`: asked before each step."""
         self._stage.check(self._state.protocol)
         for event in self._stage.opening():
             self._write(event)
@@ -121,7 +121,7 @@ class Runner:
         self._write({"event": "answer", **fields, **self._answered(trial, answer, felt)})
 
     def _presented(self, trial: Trial, fields: dict[str, Any]) -> Optional[list[Presentation]]:
-        """One after the other; None where the trial is discarded."""
+        """One after the other; None if the trial is discarded."""
         felt: list[Presentation] = []
         for interval, role in enumerate(trial.roles, 1):
             self._stage.await_force()
@@ -140,7 +140,7 @@ class Runner:
         return felt
 
     def _explored(self, trial: Trial, fields: dict[str, Any]) -> Optional[list[Presentation]]:
-        """Both at once, changed between at will; an event for each visit. None where the trial is discarded."""
+        """Both at once, changed between at will; an event for each visit. None if the trial is discarded."""
         self._stage.await_force()
         for event in self._participant.ready(self._state, trial, 1):
             self._write(event)

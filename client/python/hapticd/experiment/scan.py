@@ -1,4 +1,4 @@
-"""From touches of a real object to a virtual one of its shape: the section [wall.surface] of a scene."""
+"""Scan of a real object by touches, into a virtual one of its shape: the section [wall.surface] of a scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OUTLIER, OUTLIER_MM = 4.0, 1.0
 
 
 def touches_of(block: Block) -> Array:
-    """Where the tool was when each contact began, N×3, mm, rig frame. The block needs the groups sample and contact."""
+    """Positions of the tool when each contact began, N×3, mm, rig frame. The block needs the groups sample and contact."""
     contact = block["contact_in_contact"] > 0.5
     begins = np.flatnonzero(contact[1:] & ~contact[:-1]) + 1
     return np.asarray(np.stack([block[f"sample_tip_position_{axis}_mm"][begins] for axis in "xyz"], axis=1), dtype=float)
@@ -44,7 +44,7 @@ def _without_outliers(touches: Array, smoothing: float) -> Array:
 
 def surface_toml(touches_mm: Array, step_mm: float = 5.0, smoothing: float = 1.0) -> str:
     """A surface through the touches (thin plate), over the rectangle that they span. smoothing: of the plate, 0: through each of
-    them. Raises BadArgument for too few touches, or where they do not span an area."""
+    them. Raises BadArgument for too few touches, or if they do not span an area."""
     touches = np.asarray(touches_mm, dtype=float)
     if touches.ndim != 2 or touches.shape[1] != 3 or not np.isfinite(touches).all():
         raise BadArgument("touches are needed", where="surface_toml", value=str(touches.shape), limit="N×3 finite numbers, mm")

@@ -27,8 +27,8 @@ def shuffled(items: Sequence[T], seed: int, *names: Name) -> list[T]:
 
 
 def balanced_order(count: int, participant: int) -> list[int]:
-    """Row of a Williams design for participant 0, 1, 2 …: over `count` participants (twice as many where it is odd) each
-    condition stands in each place, and behind each other one, equally often."""
+    """Row of a Williams design for participant 0, 1, 2 …: over `count` participants (twice as many if it is odd) each
+    condition is in each place, and behind each other one, equally often."""
     first = [0]
     for step in range(1, count):
         first.append((first[-1] + (step if step % 2 else -step)) % count)

@@ -1,4 +1,4 @@
-"""Where an experiment stands: the fold of its journal; and what comes next: a function of that alone."""
+"""State of an experiment: the fold of its journal; and what comes next: a function of that alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hapticd.experiment.procedures import Answer, Series
 Role = Literal["reference", "comparison"]
 ROLES: tuple[Role, Role] = ("reference", "comparison")
 
-#: Of training trials: far from the reference, so that the answer is plain.
+#: Shares of training trials: far from the reference, so that the answer is plain.
 TRAINING_SHARES = (1.5, 0.6)
 
 
@@ -57,7 +57,7 @@ Step = Union[Trial, Condition, Break, End]
 
 @dataclass
 class State:
-    """After the events so far."""
+    """State after the events so far."""
 
     protocol: protocols.Protocol
     participant: str
@@ -105,7 +105,7 @@ def begin(
 
 
 def fold(events: Sequence[Event], where: str = "journal") -> State:
-    """Raises BadFile where the events are none of an experiment."""
+    """Raises BadFile if the events are none of an experiment."""
     if not events or events[0]["event"] != "begin":
         raise BadFile("a journal begins with the event 'begin'", where=where)
     first = events[0]
@@ -215,7 +215,7 @@ def comparison_felt(trial: Trial, answer: str) -> Answer:
 
 
 def trial_fields(trial: Trial) -> dict[str, Any]:
-    """As events have them."""
+    """Fields as events have them."""
     fields = dataclasses.asdict(trial)
     return {
         "condition": fields["condition"],

@@ -72,7 +72,7 @@ class FeltStimuli:
         self.hands = SEARCHES if protocol.touch == "search" else HANDS
 
     def presented(self, trial: Trial, role: Role, hand: int) -> Presentation:
-        """At the trial's level."""
+        """Presents at the trial's level."""
 
         def at(level: float) -> Presentation:
             return self._felt((role, level, hand), trial, lambda one: [(role, self._rig.present(one, role))])[0][1]
@@ -137,7 +137,7 @@ def _mixed_visits(low: Visits, high: Visits, share: float) -> Visits:
     return [(role, _mixed(one, other, share)) for (role, one), (_, other) in zip(low, high)]
 
 
-#: Of a presentation that was measured for others too: these would name another tick and another level.
+#: Fields of a presentation that was measured for others too: these would name another tick and another level.
 NOT_OF_THE_TRIAL = ("number", "begin_tick", "end_tick", "granted_n_per_mm", "recording")
 
 
@@ -194,7 +194,7 @@ class _Answers(simulated.SimulatedParticipant):
 
 @dataclass(frozen=True)
 class Group:
-    """Whom to simulate, and where their journals are."""
+    """Persons to simulate, and where their journals are."""
 
     protocol: protocols.Protocol
     folder: Path
@@ -230,7 +230,7 @@ def run(group: Group, address: Optional[str], on_end: Callable[[State, Path], No
 
 
 def _check(rig: hapticd.Rig, stage: RigStage, protocol: protocols.Protocol) -> None:
-    """Before there is a journal."""
+    """Checks before there is a journal."""
     stage.check(protocol)
     if (latched := readiness.latched_problem(rig)) is not None:
         raise latched

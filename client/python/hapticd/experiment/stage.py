@@ -1,4 +1,4 @@
-"""Where stimuli are presented."""
+"""Stage on which stimuli are presented."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Presentation:
     record: Mapping[str, Any] = field(default_factory=dict)
     #: For simulated observers: what a hand felt, N/mm.
     felt_n_per_mm: float = math.nan
-    #: Of a search: seconds of touch until the inclusion was found; NaN where it was not.
+    #: Seconds of touch in a search until the inclusion was found; NaN if it was not.
     found_after_s: float = math.nan
 
 
@@ -37,16 +37,16 @@ class Stage(Interface):
     """Presents stimuli, one after the other."""
 
     def check(self, protocol: protocols.Protocol) -> None:
-        """Raises HapticdError where the experiment cannot be run as it is written."""
+        """Raises HapticdError if the experiment cannot be run as it is written."""
 
     def opening(self) -> Sequence[Event]:
         """Begins; the events are for the journal: what is recorded from now on."""
 
     def await_force(self) -> None:
-        """Returns when there can be force. Raises Aborted where no one sees to that."""
+        """Returns when there can be force. Raises Aborted if nothing takes care of that."""
 
     def begin_condition(self, condition: protocols.Condition) -> None:
-        """Before its first trial."""
+        """Prepares a condition before its first trial."""
 
     def present(self, trial: Trial, role: Role) -> Presentation:
         """Raises Interrupted, Aborted or HapticdError."""
@@ -55,7 +55,7 @@ class Stage(Interface):
         """Both stimuli at once: each visit of one of them, as it ends. Raises the same."""
 
     def time_s(self) -> Optional[float]:
-        """By the rig's clock; None where there is none."""
+        """Time by the rig's clock; None if there is none."""
 
 
 @dataclass
@@ -101,7 +101,7 @@ class BareStage:
 
 
 def record_of(message: Any, names: Sequence[str]) -> dict[str, Any]:
-    """These fields of a message, for the journal; numbers that are none are left out."""
+    """Fields of a message, for the journal; numbers that are not finite are left out."""
     values = {name: getattr(message, name) for name in names}
     return {name: value for name, value in values.items() if not (isinstance(value, float) and not math.isfinite(value))}
 

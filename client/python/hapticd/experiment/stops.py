@@ -1,4 +1,4 @@
-"""When a procedure ends, as data: {any_of = [{reversals = 15}, {trials = 80}]}."""
+"""Rules by which a procedure ends, as data: {any_of = [{reversals = 15}, {trials = 80}]}."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Rule = Mapping[str, Any]
 
 
 def check(rule: Rule, known: Mapping[str, int], where: str) -> None:
-    """Raises BadFile where the rule is none. `known`: what is counted; its values are not used."""
+    """Raises BadFile if the rule is none. `known`: what is counted; its values are not used."""
     if len(rule) != 1:
         raise BadFile("a stop rule has one key", where=where, value=", ".join(rule), limit="any_of, all_of, " + ", ".join(known))
     ((name, value),) = rule.items()

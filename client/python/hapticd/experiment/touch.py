@@ -26,9 +26,9 @@ GROUPS = ["sample", "contact"]
 
 
 class Touch:
-    """From its first sample, and by blocks as they come.
+    """Touch from its first sample, and by blocks as they come.
 
-    from_contact: the tool stands at the object when it begins, so that depth counts from there; else from where the first
+    from_contact: the tool is at the object when it begins, so that depth counts from there; else from where the first
     contact begins that the rig has evidence of.
     """
 
@@ -54,7 +54,8 @@ class Touch:
         self._depth = float(depth[-1])
 
     def _find_zero(self, block: Block) -> None:
-        """Where the contact began that the tool had evidence of: a hand that stops short in the air is taken for one for a moment."""
+        """Point at which the contact began that the tool had evidence of: a hand that stops short in the air is taken
+        for one for a moment."""
         if self._is_sure:
             return
         touches, evidence = block["contact_in_contact"] > 0.5, block["contact_authority"] > EVIDENT
@@ -69,7 +70,7 @@ class Touch:
                 return
 
     def _depth_of(self, block: Block) -> Array:
-        """Below where it was touched first."""
+        """Depth below where it was touched first."""
         height = np.asarray(block[f"{self._of}_tip_position_z_mm"], dtype=np.float64)
         return self._zero[2] - height if self._is_sure and self._zero is not None else np.zeros_like(height)
 
@@ -90,7 +91,7 @@ class Touch:
         return int(self._blocks[-1].ticks[-1]) if self._blocks else -1
 
     def contact_s(self) -> float:
-        """In contact, s of the rig's time."""
+        """Time in contact, s of the rig's time."""
         total = 0.0
         for block in self._blocks:
             if len(block) > 1:

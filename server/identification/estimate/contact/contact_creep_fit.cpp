@@ -17,7 +17,7 @@ constexpr std::size_t kWeights = rt::CreepParameters::kLags + 1;
 using Curve = Eigen::Matrix<double, kSteps, kSteps>;
 using Steps = Eigen::Matrix<double, kSteps, 1>;
 
-/// min |A y - b| with y ≥ 0 from the normal equations: Lawson and Hanson's active set.
+/// Minimises |A y - b| with y ≥ 0 from the normal equations: Lawson and Hanson's active set.
 Steps non_negative_least_squares(const Curve& ata, const Steps& atb) {
   Steps y = Steps::Zero();
   std::array<bool, kSteps> free{};
@@ -71,7 +71,7 @@ struct Point {
   double displacement_mm, weight;
 };
 
-/// Where on the parabola of knots an effective force lies.
+/// Place on the parabola of knots of an effective force.
 struct Place {
   Eigen::Index knot;
   double share, newtons;
@@ -86,7 +86,7 @@ Place place_of(double effective_n, double largest_n) {
   return {j, (std::max(0.0, effective_n) - from) / width, width};
 }
 
-/// The inner problem: Ψ for given weights.
+/// Solver of the inner problem: Ψ for given weights.
 class Curves {
  public:
   Curves(std::vector<Point> points, double deepest_mm)
@@ -94,7 +94,7 @@ class Curves {
 
   const std::vector<Point>& points() const { return points_; }
 
-  /// Mean squared relative error; fills in Ψ and max_force_n.
+  /// Returns the mean squared relative error; fills in Ψ and max_force_n.
   double fit(rt::CreepParameters& parameters) {
     double sum = 0.0;
     for (const double w : parameters.weight) sum += w;
@@ -153,8 +153,8 @@ class Curves {
       x += std::max(steps(k), 1e-6 * deepest_mm_);
       parameters.displacement_mm[static_cast<std::size_t>(k) + 1] = x;
     }
-    // Of data that the law explains to the last bit rounding leaves less than nothing, and a search that goes
-    // on while it finds a share less would not end.
+    // For data that the law explains to the last bit rounding leaves less than nothing, and a search that
+    // goes on while it finds a share less would not end.
     const double squared = std::max(0.0, btb - 2.0 * steps.dot(atb) + steps.dot(ata * steps));
     return squared / static_cast<double>(points_.size());
   }

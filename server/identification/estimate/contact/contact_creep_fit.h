@@ -13,7 +13,7 @@
 
 namespace hapticd::identification {
 
-/// A creep law found, with what is known of its errors (see HuntCrossleyUncertainty for how).
+/// Creep law that was found, with what is known of its errors (see HuntCrossleyUncertainty for how).
 struct CreepEstimate {
   rt::IdentifiedLaw<rt::CreepParameters> law;
   /// Standard errors of w_0, w_1 …; infinite for lags that the palpation does not determine.
@@ -27,20 +27,20 @@ struct CreepEstimate {
   std::size_t samples = 0;
 };
 
-/// Retardation times a creep law is given for samples this far apart: its own for a live loop; for slow
-/// recordings four from ten steps to a thousand, beyond what the steps resolve nothing can be reported.
+/// Retardation times for a creep law from samples this far apart: the law's own for a live loop; for slow
+/// recordings four from ten steps to a thousand, since what is faster than the steps cannot be seen.
 std::array<double, rt::CreepParameters::kLags> creep_times_s(double step_s) noexcept;
 
 /// Batch fit of the creep law to a palpation from a rested object, fed sample by sample, pauses out of
-/// contact included, in bounded memory: only the lags run over all samples, what they say is kept thinned
+/// contact included, in bounded memory: only the lags run over all samples; their values are kept thinned
 /// out.
 ///
 /// Ψ follows by non-negative least squares on its increments for given weights, the weights by pattern search
 /// on the simplex (a separable problem); errors count relative to x + 5 % of the deepest.
 ///
-/// A lag is free only where its force came to a share kMinReach of the force itself. Of taps of 50 ms a lag
-/// of a second sees next to nothing: its weight only scales all forces alike, which Ψ makes up for, and
-/// whatever the search then gives it doubles the displacement as soon as a press is held.
+/// A lag is free only if its force came to a share kMinReach of the force itself. Taps of 50 ms show next to
+/// nothing of a lag of a second: its weight would only scale all forces alike, which Ψ makes up for, and the
+/// displacement would double as soon as a press is held.
 class CreepFit {
  public:
   struct Row {
@@ -50,17 +50,18 @@ class CreepFit {
     double time_s = 0.0;
   };
 
-  /// A lag that has the third of the weight changes the effective force by no more than 5 % below this.
+  /// Force of a lag, as a share of the whole, below which a third of the weight changes the effective force
+  /// by no more than 5 %.
   static constexpr double kMinReach = 0.15;
 
-  /// `stride`: every so-maniest sample is kept at first; 1 kHz gains nothing from every one.
+  /// `stride`: every stride-th sample is kept at first; at 1 kHz every single one adds nothing.
   explicit CreepFit(const std::array<double, rt::CreepParameters::kLags>& time_s, std::size_t stride = 3,
                     std::size_t capacity = 16'384);
 
-  /// `step_s`: since the sample before; the force is held over it.
+  /// Adds a sample. `step_s`: since the sample before; the force is held over it.
   void add(const PalpationSample& sample, double step_s) noexcept;
 
-  /// The object has rested: a palpation of its own begins.
+  /// Begins a separate palpation: the object has rested.
   void rest() noexcept { lagged_n_ = {}; }
 
   struct Options {
@@ -70,18 +71,18 @@ class CreepFit {
     const rt::CreepParameters* start = nullptr;  ///< weights to begin the search with
     double first_step = 0.1;                     ///< of the pattern search
     bool with_errors = true;
-    /// The object answers at once: w_0 = 1, Ψ alone is found.
+    /// True if the object answers at once: w_0 = 1, Ψ alone is found.
     bool elastic = false;
     HeldOutBlocks held_out{};  ///< of the rows
-    /// Errors count as those of the force they stand for (by the secant stiffness) instead of relative to x:
+    /// Errors count as those of the force they amount to (by the secant stiffness) instead of relative to x:
     /// for predicting forces from displacements.
     bool for_force = false;
   };
-  /// None where fewer than `fewest_samples` show anything.
+  /// Solves; none if fewer than `fewest_samples` show anything.
   std::optional<CreepEstimate> solve(const Options& options) const;
   std::optional<CreepEstimate> solve() const { return solve(Options{}); }
 
-  /// What was kept, samples in contact only.
+  /// Rows that were kept, of samples in contact only.
   std::span<const Row> rows() const noexcept { return rows_.items(); }
   const std::array<double, rt::CreepParameters::kLags>& time_s() const noexcept { return time_s_; }
 

@@ -6,7 +6,7 @@
 namespace hapticd::identification {
 
 namespace {
-// Where nothing is known: a newton's worth of data outweighs it at once.
+// Start when nothing is known: a newton's worth of data outweighs it at once.
 constexpr double kStiffnessVariance = 1e4;
 constexpr double kDampingVariance = 1.0;
 constexpr double kExponentVariance = 1.0;

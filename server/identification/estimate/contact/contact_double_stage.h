@@ -9,10 +9,10 @@
 namespace hapticd::identification {
 
 /// Recursive double-stage estimator of (4.22) (Diolaiti, Melchiorri, Stramigioli 2005): one least-squares
-/// estimator of K and B with the exponent of the other, f = K x^m + B x^m ẋ; one of the exponent with K and B
-/// of the first, ln(f/(K + Bẋ)) = m ln x, weighted by f². Each trusts the other's last word, so old samples
-/// were judged by worse estimates: they are forgotten. Displacements count in units near those where most
-/// force is, or stiffness and exponent would hang together and the two never come to rest. Covariances are
+/// estimator finds K and B with the exponent of the other, f = K x^m + B x^m ẋ; one finds the exponent with K
+/// and B of the first, ln(f/(K + Bẋ)) = m ln x, weighted by f². Each uses the other's last result, so old
+/// samples were judged by worse estimates: they are forgotten. Displacements count in units near those where
+/// most force is, or stiffness and exponent would be coupled and the two would never settle. Covariances are
 /// bounded, and all is frozen out of contact.
 class DoubleStageEstimator {
  public:

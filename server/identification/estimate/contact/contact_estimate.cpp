@@ -12,7 +12,7 @@ HuntCrossleyUncertainty hunt_crossley_uncertainty(const HuntCrossleyEstimate& es
                                                   bool with_offset) {
   const rt::HuntCrossleyParameters& law = estimate.parameters;
   const double offset_mm = estimate.contact_offset_mm;
-  const bool with_damping = law.damping_n_s_per_mm_m1 > 0.0;  // at its bound it is no free parameter
+  const bool with_damping = law.damping_n_s_per_mm_m1 > 0.0;  // at its bound it is not a free parameter
   const auto reported = static_cast<std::size_t>(
       std::count_if(palpation.begin(), palpation.end(),
                     [&](const PalpationSample& s) { return identifies_contact(s, offset_mm); }));

@@ -9,7 +9,7 @@
 
 namespace hapticd::identification {
 
-/// Covariance of least-squares parameters under residuals that hang together over time: the normal matrix,
+/// Covariance of least-squares parameters under residuals that are correlated over time: the normal matrix,
 /// and the scores Jᵀe summed over consecutive blocks (Newey and West 1987, Bartlett's weights over a reach of
 /// √blocks). For that many blocks the reach covers things that last up to about a seventh of the data.
 template <int kMax>
@@ -30,7 +30,7 @@ class SandwichCovariance {
     ++count_;
   }
 
-  /// Infinite on the diagonal where the parameters cannot be distinguished.
+  /// Covariance; infinite on the diagonal if the parameters cannot be distinguished.
   Matrix covariance() const {
     const Eigen::Index n = normal_.rows();
     const Matrix unknown = Matrix::Identity(n, n) * std::numeric_limits<double>::infinity();
@@ -43,7 +43,7 @@ class SandwichCovariance {
     if (!inverse_of_scaled) return unknown;
     const Matrix inverse = scale.asDiagonal() * *inverse_of_scaled * scale.asDiagonal();
 
-    // Where the estimate is not the least-squares one its scores have a mean; their scatter is what matters.
+    // If the estimate is not the least-squares one its scores have a mean; their scatter is what matters.
     Eigen::MatrixXd scores = scores_.leftCols(blocks);
     scores.colwise() -= scores.rowwise().mean().eval();
     const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(blocks)));

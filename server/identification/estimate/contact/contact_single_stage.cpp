@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kFraction = 52;
 
-/// Which of 2^bits equal parts of its octave a positive number lies in, counted from 2^first_octave on; the
-/// ends take what lies beyond.
+/// Index of the one of 2^bits equal parts of its octave in which a positive number lies, counted from
+/// 2^first_octave on; the ends take what lies beyond.
 std::size_t octave_part(double value, int bits, int first_octave, std::size_t parts) noexcept {
   const auto raw = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(value) >> (kFraction - bits));
   const std::int64_t first = static_cast<std::int64_t>(1023 + first_octave) << bits;
@@ -122,7 +122,7 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
       solution = scale.asDiagonal() * *x;
     }
     if (!(solution(2) > 0.0)) {
-      // Rates say nothing, or an object that gives energy: without damping.
+      // Rates that say nothing, or that show an object which gives energy, are fitted without damping.
       const auto two = linear_algebra::solve_symmetric(scaled.topLeftCorner<2, 2>(),
                                                        scale.head<2>().asDiagonal() * right.head<2>(), 1e-7);
       if (!two) return std::nullopt;

@@ -15,7 +15,7 @@ namespace hapticd::identification {
 ///
 /// over samples deeper than a tenth of the deepest, above a least force and with |B/K·ẋ| < 0.1, where the
 /// linearisation holds. Recursive least squares with forgetting, in its information form: sums instead of a
-/// covariance, which cannot wind up, lose definiteness or diverge on data that excite nothing, and which are
+/// covariance. They cannot wind up, lose definiteness or diverge on data that excite nothing, and they are
 /// frozen out of contact. The sums are kept apart in cells of displacement and speed, so that the gates,
 /// which depend on what is known only later, act on what was seen earlier too. Memory and time per sample are
 /// constant.
@@ -27,8 +27,8 @@ class SingleStageEstimator {
     double largest_rate_term = 0.1;  ///< |B/K·ẋ|
     double forgetting = 1.0;         ///< λ per sample taken, 0.99 … 1
     std::size_t fewest_samples = 100;
-    /// Means of so many consecutive samples are taken: velocities see over 15 ms, so single milliseconds add
-    /// work but no knowledge. 1 for slow recordings.
+    /// Number of consecutive samples whose mean is taken: a velocity averages over 15 ms, so single
+    /// milliseconds add work but no knowledge. 1 for slow recordings.
     int mean_of = 4;
   };
 
@@ -49,7 +49,7 @@ class SingleStageEstimator {
     gathered_ = 0;
     take(share_ * sum_mm_, share_ * sum_mm_per_s_, share_ * sum_n_);
   }
-  /// None while the data do not determine it. B ≥ 0, m within 1 … 3.
+  /// Estimate; none while the data do not determine it. B ≥ 0, m within 1 … 3.
   std::optional<HuntCrossleyEstimate> estimate() const;
   std::size_t samples() const noexcept { return samples_ * static_cast<std::size_t>(options_.mean_of); }
 

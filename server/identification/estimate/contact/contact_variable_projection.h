@@ -9,8 +9,8 @@ namespace hapticd::identification {
 
 /// Batch fit of (4.22) to the force by variable projection (Golub and Pereyra 1973): for a given exponent K
 /// and B ≥ 0 follow by linear least squares, and what they leave is a function of the exponent alone, which
-/// is searched within 1 … 3. Where offsets are allowed, the surface may lie that far before the samples' zero
-/// (or behind it, if negative), and the offset is searched as well. None where fewer than `fewest_samples`
+/// is searched within 1 … 3. If offsets are allowed, the surface may lie that far before the samples' zero
+/// (or behind it, if negative), and the offset is searched as well. None if fewer than `fewest_samples`
 /// samples show anything, or all lie at one displacement.
 struct VariableProjectionOptions {
   double min_offset_mm = 0.0;
@@ -20,8 +20,8 @@ struct VariableProjectionOptions {
 std::optional<HuntCrossleyEstimate> fit_by_variable_projection(std::span<const PalpationSample> palpation,
                                                                const VariableProjectionOptions& options = {});
 
-/// The smallest of a function of one variable that has one valley near the best of a coarse look, by golden
-/// section to `tolerance`.
+/// Finds the minimum of a function of one variable that has one valley near the best of a coarse look, by
+/// golden section to `tolerance`.
 template <class Function>
 double search_minimum(double from, double to, int looks, double tolerance, const Function& function) {
   double best = from;

@@ -8,7 +8,7 @@ namespace hapticd::identification {
 
 namespace {
 
-/// The shortest rotation that takes the unit vector `from` to the unit vector `to`.
+/// Shortest rotation that takes the unit vector `from` to the unit vector `to`.
 hal::Quaternion between(const hal::Vector3& from, const hal::Vector3& to) noexcept {
   const hal::Vector3 axis = rt::cross(from, to);
   const hal::Quaternion q{1.0 + dot(from, to), axis.x, axis.y, axis.z};
@@ -30,7 +30,7 @@ hal::Quaternion to_press_frame(const PressGeometry& geometry) noexcept {
   return rt::unit(rt::product({std::cos(half_rad), 0.0, 0.0, std::sin(half_rad)}, upright));
 }
 
-/// What scenes detect contact with in three dimensions.
+/// Parameters with which scenes detect contact in three dimensions.
 rt::ContactParameters contact_parameters() noexcept {
   rt::ContactParameters parameters;
   parameters.threshold_n = 0.02;
@@ -39,8 +39,8 @@ rt::ContactParameters contact_parameters() noexcept {
 
 /// The tip has drawn back so far from where the last contact began: whatever was touched, it is not now.
 constexpr double kClearMm = 3.0;
-/// Than a scene does. Presses and strokes leave little time between them, and none builds up as slowly as
-/// what a scene has to distinguish from a drift.
+/// Factor by which this is faster than in a scene. Presses and strokes leave little time between them, and
+/// none builds up as slowly as what a scene has to distinguish from a drift.
 constexpr double kFollowsFaster = 4.0;
 
 bool is_fit(const hal::RigSample& sample) noexcept {
@@ -90,7 +90,7 @@ void PressFrame::follow_zero(const hal::RigSample& sample) noexcept {
     contact_depth_mm_ = dot(contact_.onset_mm(), press_);
     has_touched_ = true;
   }
-  // What drifted beyond the threshold during a contact would pass for one for ever after.
+  // A reading that drifted beyond the threshold during a contact would count as a contact for ever after.
   const bool is_clear = has_touched_ && !contact_.in_contact() &&
                         input.depth_mm < contact_depth_mm_ - kClearMm &&
                         contact_.force_n() < rt::ZeroTracker::kMaxErrorN;

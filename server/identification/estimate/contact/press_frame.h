@@ -10,31 +10,32 @@
 
 namespace hapticd::identification {
 
-/// How an object stands to the rig. Rig frame; lengths do not matter.
+/// Placement of an object in the rig's frame; lengths do not matter.
 struct PressGeometry {
   hal::Vector3 press_direction{0.0, 0.0, -1.0};  ///< into the object
   hal::Vector3 line_direction{1.0, 0.0, 0.0};    ///< of strokes; its part along the press does not count
 };
 
-/// Whether both are finite, have a length, and differ in direction by more than 10°.
+/// True if both are finite, have a length, and differ in direction by more than 10°.
 bool is_usable(const PressGeometry& geometry) noexcept;
 
 /// Turns what a live rig measures into what an identification works with: an upright tool whose sensor sits
-/// straight and reads zero when free, that presses along -z and strokes along x. Any tool orientation, any
-/// direction of the press, a sensor that is turned in the tool, and a zero that drifts (followed while the
-/// tool is free, as scenes do it). A sample in, a sample out, in constant time and memory.
+/// straight and reads zero when free, that presses along -z and strokes along x. It allows any tool
+/// orientation, any direction of the press, a sensor that is turned in the tool, and a zero that drifts
+/// (followed while the tool is free, as scenes do it). A sample in, a sample out, in constant time and
+/// memory.
 class PressFrame {
  public:
-  /// `geometry`: usable. `load`: weight of the tool and seat of the sensor.
+  /// Makes a frame. `geometry`: usable. `load`: weight of the tool and seat of the sensor.
   PressFrame(const PressGeometry& geometry, const rt::ToolLoad& load, double tool_mass_g,
              const hal::RigInfo& rig);
 
   /// Follows the sensor's zero: once a tick, before the others.
   void follow_zero(const hal::RigSample& sample) noexcept;
-  /// Positions, command and the load without the tool's weight, turned so that the press goes along -z; the
-  /// tool upright. Inertia is left in, as a sensor has it.
+  /// Positions, command and the load without the tool's weight, turned so that the press goes along -z, with
+  /// the tool upright. Inertia is left in, as a sensor has it.
   rt::Observation upright(const rt::Observation& observation) const noexcept;
-  /// The tool as it is held, its sensor straight and biased with the tool upright.
+  /// Observation with the tool as it is held, its sensor straight and biased with the tool upright.
   rt::Observation seated(const rt::Observation& observation) const noexcept;
 
   const rt::SensorZero& zero() const noexcept { return zero_.zero(); }

@@ -14,7 +14,7 @@
 
 namespace hapticd::identification {
 
-/// A normal in the plane of a line (x of the rig) and up.
+/// Normal in the plane of a line (x of the rig) and up.
 struct ScannedNormal {
   hal::Vector3 direction{0.0, 0.0, 1.0};  ///< out of the object, length 1, rig frame
   double error_rad = 0.0;                 ///< standard error
@@ -23,21 +23,21 @@ struct ScannedNormal {
 /// Surface along a line from light taps (D§4.4.1): each gives the point where it began; a smoothing spline
 /// through the points gives the normal. Only contacts that stayed light and in place count, and only on an
 /// object that had time to recover: a soft one keeps the mark of a stroke for seconds. Cheap per sample,
-/// bounded: at most kMaxTouches points, those that crowd most make room.
+/// bounded: at most kMaxTouches points; those that are closest together are dropped.
 class SurfaceScan {
  public:
   static constexpr std::size_t kMaxTouches = 128;
   static constexpr double kLightN = 1.0;      ///< a tap presses no harder,
   static constexpr double kInPlaceMm = 1.5;   ///< does not slide farther along
-  static constexpr double kMinTapS = 0.02;    ///< and is no jolt of the tool
+  static constexpr double kMinTapS = 0.02;    ///< and is not a jolt of the tool
   static constexpr double kRecoveryS = 10.0;  ///< after a contact that was not light
 
   /// `threshold_n`: ε_f of the contact detection.
   SurfaceScan(double threshold_n, const hal::RigInfo& rig);
 
-  /// A fit sample. Returns whether the tip is in contact.
+  /// Adds a fit sample. Returns whether the tip is in contact.
   bool add(const hal::RigSample& sample);
-  /// After a gap: what was going on is unknown.
+  /// Restarts after a gap: what was going on is unknown.
   void restart();
 
   bool in_contact() const { return contact_.in_contact(); }
@@ -69,7 +69,7 @@ class SurfaceScan {
   std::uint64_t touched_ = 0;
 };
 
-/// The normal a tip at `tip_mm`, pressed in or not, meets: at the nearest point of the profile (D§4.4.1).
+/// Normal that a tip at `tip_mm`, pressed in or not, meets: at the nearest point of the profile (D§4.4.1).
 /// None farther than 2 mm beyond the ends of the scan.
 std::optional<ScannedNormal> normal_at(const SurfaceSpline& surface, const hal::Vector3& tip_mm);
 

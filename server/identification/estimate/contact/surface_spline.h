@@ -20,22 +20,22 @@ struct ProfileValue {
   double slope_error = 0.0;
 };
 
-/// The parabola through the points and, on what it leaves, a natural cubic smoothing spline (Reinsch 1967)
-/// that minimises Σ (h_i - g(s_i))² + λ ∫ g''². Without the parabola a curved surface would be made straight
-/// at its ends, where strokes turn. The smoothing is what restricted maximum likelihood makes of the points
-/// themselves (Wahba 1985), and so is their error; the standard errors are those of the posterior it amounts
-/// to, the parabola's own added. Beyond the outermost points the parabola and the spline's slope go on.
+/// Parabola through the points and, on what it leaves, a natural cubic smoothing spline (Reinsch 1967) that
+/// minimises Σ (h_i - g(s_i))² + λ ∫ g''². Without the parabola a curved surface would be made straight at
+/// its ends, where strokes turn. Restricted maximum likelihood finds the smoothing and the points' error from
+/// the points themselves (Wahba 1985); the standard errors are those of the resulting posterior, with the
+/// parabola's own added. Beyond the outermost points the parabola and the spline's slope go on.
 class SurfaceSpline {
  public:
   static constexpr std::size_t kMaxPoints = 200;
 
-  /// Points closer than 1e-3 mm along count as one. `min_error_mm`: what a point's height is uncertain by
-  /// at least, e.g. the encoders' rounding. Fails with fewer than five places, more than kMaxPoints, or
-  /// points that are not finite.
+  /// Points closer than 1e-3 mm along count as one. `min_error_mm`: least uncertainty of a point's height,
+  /// e.g. the encoders' rounding. Fails with fewer than five places, more than kMaxPoints, or points that are
+  /// not finite.
   static hal::Result<SurfaceSpline> fit(std::vector<ProfilePoint> points, double min_error_mm);
 
   ProfileValue at(double along_mm) const;
-  /// Where the profile is nearest to a point, e.g. a tip that has pressed it down.
+  /// Place along the profile that is nearest to a point, e.g. to a tip that has pressed it down.
   double nearest_along_mm(double along_mm, double height_mm) const;
 
   double from_mm() const { return along_mm_.front(); }
@@ -49,7 +49,7 @@ class SurfaceSpline {
   double parabola(double along_mm, double& slope) const;
 
   double centre_mm_ = 0.0;
-  double curvature_per_mm_ = 0.0;        ///< of the parabola; its slope at the centre is the spline's affair
+  double curvature_per_mm_ = 0.0;        ///< of the parabola; its slope at the centre is part of the spline
   double curvature_error_per_mm_ = 0.0;  ///< one sigma
   double spread_mm2_ = 0.0;              ///< mean square distance of the points from the centre
   std::vector<double> along_mm_;

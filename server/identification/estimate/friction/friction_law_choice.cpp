@@ -28,7 +28,7 @@ void judge(HeldOutTrial& trial, const std::vector<FrictionRow>& rows, const std:
 }  // namespace
 
 MaxwellSlipFitOptions maxwell_slip_options(const FrictionFitOptions& options) noexcept {
-  // Where a viscous part is in doubt a law without one is the simpler.
+  // If a viscous part is in doubt a law without one is the simpler.
   return {options.bias, options.viscous && !options.doubt_viscous, options.min_speed_mm_per_s};
 }
 

@@ -10,22 +10,22 @@
 
 namespace hapticd::identification {
 
-/// What a solid tip's friction is taken for, the simpler first.
+/// Form of law for a solid tip's friction, the simpler first.
 enum class FrictionForm : std::uint8_t {
   kDahl,          ///< exponent 1 (D§4.4.1)
   kDahlExponent,  ///< the exponent found
   kMaxwellSlip,   ///< up to eight elements
 };
 
-/// How well laws of a solid tip's friction predict passages that were held out of their fit.
+/// Errors of laws of a solid tip's friction on passages that were held out of their fit.
 struct FrictionLawChoice {
   HeldOutError dahl, dahl_exponent, maxwell_slip;
 
-  /// The simplest that no richer one beats by more than the richer one's standard error.
+  /// Simplest form that no richer one beats by more than the richer one's standard error.
   FrictionForm form() const noexcept;
 };
 
-/// What of the options applies to the Maxwell-slip law.
+/// Options that apply to the Maxwell-slip law.
 MaxwellSlipFitOptions maxwell_slip_options(const FrictionFitOptions& options) noexcept;
 
 /// Judges each law on friction, the offset of the channel subtracted, over folds of whole strokes both ways:

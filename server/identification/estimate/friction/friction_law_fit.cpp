@@ -115,8 +115,9 @@ class LawFit {
     fit_.viscous_is_identified = linear.viscous_is_identified;
   }
 
-  /// How far each moment of sliding is to be trusted: Tukey's biweight, scaled by the median deviation. What
-  /// still builds up after three millimetres, or catches, stands out from the level and shall not shift it.
+  /// Weighs how far each moment of sliding is to be trusted: Tukey's biweight, scaled by the median
+  /// deviation. What still builds up after three millimetres, or catches, differs from the level and shall
+  /// not shift it.
   void doubt() {
     std::vector<double> deviations;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -127,7 +128,8 @@ class LawFit {
     std::nth_element(deviations.begin(), middle, deviations.end());
     constexpr double kDeviationPerMedian = 1.4826;
     constexpr double kBeyondDoubt = 4.685;
-    // An exact fit leaves rounding errors, of which none is worse than the other.
+    // Least error as a share of the level: an exact fit leaves rounding errors, of which none is worse than
+    // the other.
     constexpr double kMinOfLevel = 0.01;
     double largest_n = 0.0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -152,7 +154,7 @@ class LawFit {
     return sums;
   }
 
-  /// What presliding and exponent leave unexplained.
+  /// Cost of what presliding and exponent leave unexplained.
   double cost(double presliding_mm, double exponent, bool refine = true) const {
     const std::vector<double> z = built_up(rows_, options_.law, presliding_mm, exponent);
     if (!fit_.divided) return together(z).solve(options_.viscous, options_.bias).left;
@@ -169,7 +171,8 @@ class LawFit {
            fit_.parameters.viscous_n_s_per_mm * row.speed_mm_per_s + fit_.bias_n;
   }
 
-  /// A ladder over the presliding way, then a pattern search that halves its step, over the exponent as well.
+  /// Searches by a ladder over the presliding way, then a pattern search that halves its step, over the
+  /// exponent as well.
   void search() {
     double max_mm = 0.0;
     for (const FrictionRow& row : rows_) max_mm = std::max(max_mm, row.path_mm);
@@ -224,7 +227,7 @@ class LawFit {
     fit_.parameters.exponent = exponent;
   }
 
-  /// Residuals and standard errors.
+  /// Computes residuals and standard errors.
   void judge() {
     const rt::FrictionParameters& p = fit_.parameters;
     const bool dahl = options_.law == rt::FrictionLaw::kDahl;
@@ -279,7 +282,7 @@ class LawFit {
     if (groups >= 3.0 && !free.empty()) {
       Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(kMax, kMax);
       for (const auto& [passage, score] : scores) meat += score * score.transpose();
-      // Scaled to a unit diagonal, so that millimetres and newtons may stand side by side.
+      // Scaled to a unit diagonal, so that millimetres and newtons can be compared.
       const Eigen::MatrixXd part = bread(free, free);
       const Eigen::VectorXd scale = part.diagonal().cwiseSqrt().cwiseInverse();
       const Eigen::MatrixXd scaled = scale.asDiagonal() * part * scale.asDiagonal();
@@ -303,7 +306,7 @@ class LawFit {
   FrictionFitOptions options_;
   std::vector<bool> usable_, sliding_, presliding_, turning_;
   std::vector<double> trust_;
-  std::vector<double> slope_;  ///< of trust · deviation over deviation: what a sandwich is bread of
+  std::vector<double> slope_;  ///< of trust · deviation over deviation: the bread of the sandwich
   FrictionLawFit fit_;
 };
 
@@ -324,7 +327,7 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
                         fit->parameters.viscous_n_s_per_mm > 0.0 &&
                         fit->parameters.viscous_n_s_per_mm < kSigmas * fit->error.viscous_n_s_per_mm;
   if (!doubtful) return fit;
-  // What cannot be distinguished from nothing only makes the level uncertain.
+  // A viscous part that cannot be distinguished from zero only makes the level uncertain.
   FrictionFitOptions without = options;
   without.viscous = false;
   hal::Result<FrictionLawFit> simpler = LawFit(rows, without).run();

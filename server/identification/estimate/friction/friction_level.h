@@ -13,7 +13,7 @@ struct FrictionLevel {
   bool viscous_is_identified = false;  ///< distinguishable from the level
 };
 
-/// The sums of that least squares.
+/// Sums of that least squares.
 class FrictionLevelSums {
  public:
   void add(const FrictionRow& row, double z, double trust = 1.0) {

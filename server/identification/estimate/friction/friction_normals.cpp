@@ -8,7 +8,8 @@ namespace hapticd::identification {
 
 namespace {
 constexpr double kBinMm = 2.0;
-constexpr double kBeyondMm = 4.0;  // so far the last known normals are continued, to where strokes turn
+constexpr double kBeyondMm = 4.0;  // distance over which the last known normals are continued, to where
+                                   // strokes turn
 constexpr int kMinPerDirection = 5;
 }  // namespace
 

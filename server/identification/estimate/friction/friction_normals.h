@@ -10,13 +10,14 @@ namespace hapticd::identification {
 /// its sign and the normal does not, so the mean direction of the reaction is the normal.
 class MeanDirectionNormals {
  public:
-  /// A reaction while sliding at this place, long after the motion turned. `heading` > 0: along the line.
+  /// Adds a reaction while sliding at this place, long after the motion turned. `heading` > 0: along the
+  /// line.
   void add(double along_mm, double heading, const hal::Vector3& reaction_n);
   /// Works out the normals of the places that were passed both ways.
   void settle();
 
   bool empty() const { return normals_.size() < 2; }
-  /// Straight between the known places and 4 mm beyond them; false farther away.
+  /// Normal between the known places, straight, and up to 4 mm beyond them; false farther away.
   bool at(double along_mm, hal::Vector3& normal) const;
 
  private:

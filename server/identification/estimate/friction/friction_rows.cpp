@@ -14,7 +14,7 @@ namespace {
 constexpr hal::Vector3 kAlong{1.0, 0.0, 0.0};
 constexpr hal::Vector3 kUp{0.0, 0.0, 1.0};
 
-/// Way slid at each row of a passage along the line. Noise of the position is no way back.
+/// Direction at each row of a passage along the line. Noise of the position does not count as a way back.
 std::vector<double> directions_of(const StrokePassage& passage) {
   std::vector<double> ways;
   double path_mm = 0.0;

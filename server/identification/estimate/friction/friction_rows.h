@@ -12,9 +12,9 @@
 
 namespace hapticd::identification {
 
-/// What friction laws are fitted to: one moment of a stroke, resolved into the surface's own directions.
+/// One moment of a stroke, resolved into the surface's own directions: what friction laws are fitted to.
 struct FrictionRow {
-  /// What is known of the friction's state before this row.
+  /// State of the friction, as known before this row.
   enum class State : std::uint8_t { kGoesOn, kNothing, kForwards, kBackwards };
   State before = State::kGoesOn;
   double slide_mm = 0.0;  ///< on the surface since the row before; positive along the line
@@ -29,7 +29,7 @@ struct FrictionRow {
   bool settled = false;  ///< the state no longer depends on the unknown beginning
 };
 
-/// Where the normals come from.
+/// Source of the normals.
 enum class NormalSource : std::uint8_t {
   kScan,           ///< the profile of a surface scan
   kMeanDirection,  ///< mean direction of the reaction back and forth
@@ -53,14 +53,14 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
                            const SurfaceSpline* surface, double constant_normal_n,
                            double unseen_turn_mm = 0.0);
 
-/// What encoders miss of a turn: the dry friction of the motors holds them until the structure, bent one way
-/// by it, is bent as far the other way. 0 where one of the two is not known.
+/// Slide that encoders miss at a turn: the dry friction of the motors holds them until the structure, bent
+/// one way by it, is bent as far the other way. 0 if one of the two is not known.
 inline double unseen_turn_mm(const hal::DeviceInfo& device) noexcept {
   const bool known = device.coulomb_friction_n > 0.0 && device.structural_stiffness_n_per_mm > 0.0;
   return known ? 2.0 * device.coulomb_friction_n / device.structural_stiffness_n_per_mm : 0.0;
 }
 
-/// How far friction had built up before a row, -1 … 1; `z` where it goes on from the row before.
+/// Share of the friction that had built up before a row, -1 … 1; `z` if it goes on from the row before.
 inline double state_before(const FrictionRow& row, double z) {
   switch (row.before) {
     case FrictionRow::State::kNothing:
@@ -75,7 +75,7 @@ inline double state_before(const FrictionRow& row, double z) {
   return z;
 }
 
-/// Why no law of friction can be fitted.
+/// Error that says why no law of friction can be fitted.
 inline hal::Error cannot_fit_friction(const std::string& what, const std::string& value,
                                       const std::string& limit, const std::string& remedy) {
   return {what, "identification of friction", value, limit, remedy};

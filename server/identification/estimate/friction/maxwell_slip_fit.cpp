@@ -10,8 +10,8 @@ namespace hapticd::identification {
 
 namespace {
 
-/// min |A y - b| with y ≥ 0 but for the last component, which is free: Lawson and Hanson's active set on the
-/// normal equations.
+/// Minimises |A y - b| with y ≥ 0 but for the last component, which is free: Lawson and Hanson's active set
+/// on the normal equations.
 Eigen::VectorXd non_negative(const Eigen::MatrixXd& ata, const Eigen::VectorXd& atb, bool last_is_free) {
   const Eigen::Index n = atb.size();
   Eigen::VectorXd y = Eigen::VectorXd::Zero(n);

@@ -15,25 +15,25 @@ struct MaxwellSlipFit {
   double bias_n = 0.0;
   double residual = 0.0;  ///< rms left over rms of the friction
 
-  /// As models hold it: level and presliding are those of the elements together.
+  /// Friction as models hold it: level and presliding are those of the elements together.
   rt::FrictionParameters friction() const noexcept {
     return {parameters.kinetic(), parameters.presliding_mm(), viscous_n_s_per_mm, 1.0, parameters};
   }
 };
 
-/// Of FrictionFitOptions what this law has: an offset, a viscous part, what is too slow.
+/// Options of FrictionFitOptions that this law has: an offset, a viscous part, what is too slow.
 struct MaxwellSlipFitOptions {
   bool bias = false;
   bool viscous = false;
   double min_speed_mm_per_s = 0.0;
 };
 
-/// Maxwell-slip law: stiffnesses by non-negative least squares over a ladder of reaches up to the longest
-/// way, then again over the few that mattered. Fails like fit_friction_law().
+/// Fits a Maxwell-slip law: stiffnesses by non-negative least squares over a ladder of reaches up to the
+/// longest way, then again over the few that mattered. Fails like fit_friction_law().
 hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows,
                                              const MaxwellSlipFitOptions& options);
 
-/// What the fit gives at each row, the bias included.
+/// Friction that the fit gives at each row, the bias included.
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, const MaxwellSlipFit& fit);
 
 }  // namespace hapticd::identification

@@ -73,7 +73,7 @@ Descent descend(const Residuals& residuals, VectorXd p, const Limits& limits) {
 }
 
 /// Size of what the law leaves over: the part of the residuals that goes on from one sample to the next.
-/// Noise does not; of it one sample counts, so that there is always something.
+/// Noise does not; one sample of it counts, so that the size is never zero.
 double common_size(const VectorXd& residuals, const std::vector<std::size_t>& group_of,
                    std::size_t components) {
   double common = 0.0, squared = 0.0;
@@ -87,7 +87,8 @@ double common_size(const VectorXd& residuals, const std::vector<std::size_t>& gr
   return std::sqrt(std::max(0.0, common) + squared / static_cast<double>(group_of.size()));
 }
 
-/// How far the parameters move when one group after the other is left out (Bell and McCaffrey's CR3).
+/// Covariance by how far the parameters move when one group after the other is left out (Bell and McCaffrey's
+/// CR3).
 MatrixXd jackknife(const MatrixXd& slopes, const VectorXd& residuals, const MatrixXd& inverse,
                    const std::vector<std::size_t>& group_of) {
   const Eigen::Index size = slopes.cols();

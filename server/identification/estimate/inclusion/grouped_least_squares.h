@@ -7,7 +7,7 @@
 
 namespace hapticd::identification {
 
-/// What is known of a parameter without the data.
+/// Knowledge of a parameter without the data.
 struct PriorKnowledge {
   Eigen::Index parameter = 0;
   double value = 0.0;
@@ -26,8 +26,8 @@ struct LeastSquaresSolution {
 /// The residuals of one group (a press) are not independent: the covariance is that of the jackknife over
 /// groups, linearised, and what the priors leave open. What a law leaves over is much the same in all groups:
 /// a prior that is off by its deviation counts as much as all of it, however many the samples are, while
-/// noise that is independent from sample to sample averages out. `group_of`: of each residual; those of a
-/// group follow each other. `components`: residuals of one sample.
+/// noise that is independent from sample to sample averages out. `group_of`: group of each residual; those of
+/// a group follow each other. `components`: residuals of one sample.
 LeastSquaresSolution grouped_least_squares(
     const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& residuals, Eigen::VectorXd start,
     const Eigen::VectorXd& steps, const Eigen::VectorXd& low, const Eigen::VectorXd& high,

@@ -23,17 +23,18 @@ constexpr std::size_t kPoints = 200;
 constexpr double kLateralWeight = 0.5;  // the surface's friction is in them, too
 // Depth and n are hard to distinguish. What n can be follows from the stress of a Hertzian load of 0 … 10 mm
 // radius on an incompressible half-space, σ = 3 z d dᵀ / (2π r⁵) summed over the load. Its square, averaged
-// over a sphere of 2 … 12.5 mm that is 18 … 40 mm deep, falls off as n = 4.15 … 6.65 has it, 6 for a point:
-// the mean of that range, and the deviation of whatever is equally likely in it. And β: by the same stress
+// over a sphere of 2 … 12.5 mm that is 18 … 40 mm deep, falls off with n = 4.15 … 6.65 (6 for a point): taken
+// are the mean of that range, and the deviation of an even distribution over it. And β: by the same stress
 // the matter in a depth l moves by 4c / (π l) of the displacement, c being the radius of the load: β = 0.3 …
 // 0.8.
 constexpr double kUsualAttenuation = 5.4, kAttenuationDeviation = 0.72;
 constexpr double kUsualApproach = 0.55, kApproachDeviation = 0.15;
 constexpr double kMaxApproach = 0.9;
 constexpr double kMinBodyRadiusMm = 5.0;
-constexpr double kCloseMm = 0.3;  // rms of surface points off their sphere: an onset is seen as well as that
+constexpr double kCloseMm = 0.3;  // rms of surface points off their sphere: about the precision with which an
+                                  // onset is seen
 
-/// Of the object's own response: smooth from zero, and a part that grows with the speed.
+/// Terms of the object's own response: smooth from zero, and a part that grows with the speed.
 Eigen::Matrix<double, kTissueTerms, 1> tissue_terms(double x, double rate) {
   Eigen::Matrix<double, kTissueTerms, 1> terms;
   terms << x, x * std::sqrt(x), x * x, x * x * x / 10.0, rate * x / 100.0, rate * x * x / 1000.0;
@@ -58,7 +59,7 @@ struct Sphere {
   }
 };
 
-/// Through the surface points, by linear least squares; a plane counts as a sphere of 1 m.
+/// Fits a sphere through the surface points, by linear least squares; a plane counts as a sphere of 1 m.
 Sphere surface_of(const std::vector<Press>& presses) {
   hal::Vector3 mean;
   for (const Press& p : presses) mean = mean + p.surface_mm * (1.0 / static_cast<double>(presses.size()));
@@ -107,7 +108,7 @@ void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has
   }
 }
 
-/// The object's own law as samples without the inclusion, at the displacements and speeds of the others.
+/// Adds the object's own law as samples without the inclusion, at the displacements and speeds of the others.
 void add_law_rows(const rt::HuntCrossleyParameters& law, std::size_t count, std::vector<Row>& rows) {
   const std::size_t first = rows.empty() ? 0 : rows.back().press + 1;
   for (std::size_t i = 0; i < count; ++i) {
@@ -145,7 +146,7 @@ VectorXd tissue_response(const std::vector<Row>& rows) {
   return linear_algebra::solve_least_squares(a, b);
 }
 
-/// Of what the object's own response leaves, as the fit of a scan weighs it.
+/// Root mean square of what the object's own response leaves, as the fit of a scan weighs it.
 double rms_without_inclusion(const std::vector<Row>& rows) {
   const VectorXd own = tissue_response(rows);
   double squared = 0.0;
@@ -251,7 +252,8 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   if (with_count < kMinSamples) return too_little("with the inclusion");
   if (own) add_law_rows(*own, with_count, rows);
 
-  // Where the force exceeds that of the other presses at the same displacement most, it begins to search.
+  // Begins the search at the place whose force most exceeds that of the other presses at the same
+  // displacement.
   const VectorXd rough = tissue_response(
       rows.size() == with_count
           ? rows
@@ -269,8 +271,8 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   const hal::Vector3 start = sum * (1.0 / weight);
 
   // A ball touches a round body nearer to the body's middle than its lowest point is: places of the tip are
-  // as many times farther apart as its surface has a larger radius than the body, and so is the depth that
-  // follows from them. Rendering works with places of the tip, too.
+  // farther apart by the ratio of the two radii, and so is the depth that follows from them. Rendering works
+  // with places of the tip, too.
   const double body_radius_mm = std::max(kMinBodyRadiusMm, surface.radius_mm - tip_radius_mm.value);
   const double widening = std::max(1.0, surface.radius_mm / body_radius_mm);
 
@@ -335,8 +337,8 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   InclusionFit fit;
   fit.inclusion = inclusion_of(best.parameters);
   const VectorXd& e = best.standard_errors;
-  // In the body, along the normal below where the ball touches it; what the depth adds to the error of a
-  // place across, off the top, counts.
+  // In the body, along the normal below where the ball touches it; the depth's error adds to that of a place
+  // off the top.
   const hal::Vector3 normal = surface.normal_at(fit.inclusion.surface_mm);
   const double below_mm = body_radius_mm - best.parameters[2];
   fit.place_mm = surface.centre_mm + hal::Vector3{0.0, 0.0, tip_radius_mm.value} + normal * below_mm;

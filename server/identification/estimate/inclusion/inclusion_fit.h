@@ -32,8 +32,8 @@ struct InclusionFit {
   double own_at_5mm_n = 0.0;                   ///< of the object itself
   Estimated stiffness_n_per_mm_m, damping_n_s_per_mm_m1, exponent, attenuation, approach;
   double residual = 0.0;  ///< rms of what is left over, over the rms of what the inclusion adds
-  /// What is left over, over what is left by the object's own response alone: near 1 where nothing is to be
-  /// seen of an inclusion.
+  /// Ratio of what is left over to what is left by the object's own response alone: near 1 if nothing is to
+  /// be seen of an inclusion.
   double left_over_share = 0.0;
   bool at_bound = false;  ///< place or depth went as far as they may: the data do not show them
   double max_displacement_mm = 0.0;
@@ -43,21 +43,21 @@ struct InclusionFit {
   std::vector<InclusionFitPoint> points;  ///< at most 200, of the presses with the inclusion
 };
 
-/// Straight over the inclusion (5.3): the response of the object without it is fitted to `without`, taken off
-/// the forces of `with`, and H_t is fitted to what is left. Place: the mean surface point of `with`, and
-/// `depth_mm` below it, as known beforehand. `own`: the law of the object without it, in the place of
-/// `without`.
+/// Fits an inclusion straight below the presses (5.3): the response of the object without it is fitted to
+/// `without` and subtracted from the forces of `with`, and H_t is fitted to what is left. Place: the mean
+/// surface point of `with`, and `depth_mm` below it, as known beforehand. `own`: the law of the object
+/// without it, in the place of `without`.
 hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
                                                  const std::vector<Press>& with, double depth_mm,
                                                  const std::optional<rt::HuntCrossleyParameters>& own = {});
 
-/// From presses all over the object: place, response and attenuation together with the object's own response,
-/// by least squares. `without`: presses on the same object without an inclusion; may be empty, then those of
-/// `with` that are far from the inclusion stand for them, or the object's own law, where that is known. The
-/// surface is a sphere through the surface points. Where they are close to it, displacements count from it:
-/// over an inclusion the threshold is passed sooner, and rendering counts from where the object without it is
-/// met. On an object of another shape each press counts from its own surface point. `tip_radius_mm`: of the
-/// ball that presses, whose lowest point is the tip; 0 = a point. Its error is in that of the depth.
+/// Fits presses all over the object: place, response and attenuation together with the object's own response,
+/// by least squares. `without`: presses on the same object without an inclusion; if empty, those of `with`
+/// that are far from the inclusion replace them, or the object's own law, if that is known. The surface is a
+/// sphere through the surface points. If they are close to it, displacements count from it: over an inclusion
+/// the threshold is passed sooner, and rendering counts from where the object without it is met. On an object
+/// of another shape each press counts from its own surface point. `tip_radius_mm`: of the ball that presses,
+/// whose lowest point is the tip; 0 = a point. Its error is in that of the depth.
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const std::vector<Press>& with,
                                              const std::optional<rt::HuntCrossleyParameters>& own = {},

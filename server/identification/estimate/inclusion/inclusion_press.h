@@ -16,17 +16,16 @@ struct PressSample {
 
 /// One press: where the surface was met, and what came after, until the tip was free again.
 struct Press {
-  /// Of the threshold: the surface is where the force was within it last, as the tick places an onset.
+  /// Share of the threshold: the surface is where the force was within it last, as the tick places an onset.
   static constexpr double kQuietShare = 1.0 / 3.0;
-  /// Farther back no surface is looked for.
+  /// Largest distance back at which the surface is looked for.
   static constexpr double kMaxLateMm = 2.0;
 
   hal::Vector3 surface_mm;
   std::vector<PressSample> samples;
 };
 
-/// Where a press met the surface whose force exceeds the threshold at `tip_mm` and was quiet at `quiet_mm`
-/// last.
+/// Surface that a press met, whose force exceeds the threshold at `tip_mm` and was quiet at `quiet_mm` last.
 hal::Vector3 surface_before(const std::optional<hal::Vector3>& quiet_mm, const hal::Vector3& tip_mm);
 
 /// Cuts a recording into presses: a press begins where the force exceeds `threshold_n`, its surface is where

@@ -40,7 +40,7 @@ std::size_t packed(std::size_t row, std::size_t column) noexcept {  // row >= co
   return row * (row + 1) / 2 + column;
 }
 
-/// c(p)/c at the origin as a row of the field's polynomial.
+/// Row of the field's polynomial, c(p)/c at the origin.
 std::array<double, 10> polynomial(const hal::Vector3& place_mm) noexcept {
   const hal::Vector3 q = (place_mm - kOriginMm) * (1.0 / kScaleMm);
   return {
@@ -67,7 +67,7 @@ CentredPress centred(const StructuralPress& press) {
   return {std::move(products), sums.rows, &press};
 }
 
-/// Least squares with a field of one order.
+/// Least-squares fit with a field of one order.
 class OrderFit {
  public:
   OrderFit(std::span<const CentredPress> presses, int order) : presses_(presses), order_(order) {
@@ -77,7 +77,7 @@ class OrderFit {
     count_ = static_cast<Index>(columns_.size());
   }
 
-  /// False where the presses do not determine the field.
+  /// False if the presses do not determine the field.
   bool solve() {
     kept_.assign(presses_.size(), true);
     if (!solve_kept()) return false;
@@ -85,7 +85,7 @@ class OrderFit {
     return solve_kept() && theta_.size() > 0;
   }
   void judge(double rate_hz);
-  /// Fills all but the model's covered range; false where the compliance found is none.
+  /// Fills all but the model's covered range; false if no compliance was found.
   bool unpack(const hal::Vector3& centre_mm, StructuralFit& result) const;
 
  private:
@@ -145,7 +145,7 @@ bool OrderFit::invert() {
   if (!eigen.converged) return false;
   Vector gains(count_);
   for (Index i = 0; i < count_; ++i) {
-    // Friction and delay may be left alone where the data do not show them; the compliance may not.
+    // Friction and delay may be left alone if the data do not show them; the compliance may not.
     const double e = eigen.values(i);
     gains(i) = e > kSingular ? 1.0 / e : 0.0;
     if (e <= kSingular && eigen.vectors.col(i).head(columns_of_order(order_)).cwiseAbs().maxCoeff() > 1e-3) {
@@ -157,7 +157,7 @@ bool OrderFit::invert() {
   return true;
 }
 
-/// rms of each press.
+/// Residual (rms) of each press.
 std::vector<double> OrderFit::residuals() const {
   std::vector<double> rms;
   for (const CentredPress& press : presses_) {
@@ -171,7 +171,7 @@ std::vector<double> OrderFit::residuals() const {
   return rms;
 }
 
-/// True where some were left out and the rest is to be fitted again.
+/// True if some were left out and the rest is to be fitted again.
 bool OrderFit::leave_outliers_out() {
   const std::vector<double> rms = residuals();
   std::vector<double> sorted = rms;
@@ -254,7 +254,7 @@ bool OrderFit::unpack(const hal::Vector3& centre_mm, StructuralFit& result) cons
   return true;
 }
 
-/// The polynomial about the centre of what was covered, from that about the fixed origin.
+/// Unpacks the polynomial about the centre of what was covered, from that about the fixed origin.
 void OrderFit::unpack_field(const hal::Vector3& centre_mm, double compliance, StructuralFit& result) const {
   const hal::Vector3 shift = (centre_mm - kOriginMm) * (1.0 / kScaleMm);
   constexpr std::array<std::array<Index, 3>, 3> kSecond{{{4, 7, 8}, {7, 5, 9}, {8, 9, 6}}};
@@ -284,7 +284,7 @@ void OrderFit::unpack_field(const hal::Vector3& centre_mm, double compliance, St
   }
 }
 
-/// How much single presses differ from what they have in common.
+/// Scatter of single presses about what they have in common.
 double OrderFit::spread(double compliance) const {
   double differ = 0.0, weight = 0.0;
   for (std::size_t p = 0; p < presses_.size(); ++p) {

@@ -32,7 +32,7 @@ struct StructuralSums {
   double rows = 0.0;
 };
 
-/// What the fit needs of one press.
+/// Sums and facts that the fit needs of one press.
 struct StructuralPress {
   std::array<StructuralSums, 3> axes;
   hal::Vector3 place_mm;  ///< where the force was greatest
@@ -55,7 +55,7 @@ struct StructuralFit {
 /// Structural stiffness and its field from presses, by linear least squares within each press about its own
 /// mean (D§4.6.1, (4.26)). Takes the highest order up to `highest_order` that the presses determine; standard
 /// errors are the greater of two: by the number of independent residuals, and by how much presses disagree
-/// (Liang and Zeger 1986). Not good where not even a constant is determined.
+/// (Liang and Zeger 1986). Not good if not even a constant is determined.
 StructuralFit fit_structural(const std::vector<const StructuralPress*>& presses, int highest_order,
                              double rate_hz);
 

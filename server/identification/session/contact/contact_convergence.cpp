@@ -19,7 +19,8 @@ double change(const ContactSnapshot& a, const ContactSnapshot& b) {
                    std::abs(a.exponent - b.exponent), std::abs(a.rate_term - b.rate_term)});
 }
 
-/// Of what creeps. What yields at once and what within the shortest lag look alike, and it does not matter.
+/// Largest error of a weight of what creeps. What yields at once and what within the shortest lag look alike,
+/// and it does not matter.
 double largest_weight_error(const CreepEstimate& estimate) {
   return *std::max_element(estimate.weight_error.begin() + 2, estimate.weight_error.end());
 }
@@ -37,7 +38,7 @@ ContactSnapshot snapshot_of(const HuntCrossleyEstimate& estimate, double contact
 
 bool ContactIdentification::State::steady_now(const Fit& current) const {
   if (recorded) {
-    // Would the last fifth of it have changed anything?
+    // True if the last fifth of it would have changed something.
     if (!current.hunt_crossley) return false;
     const auto share = static_cast<std::ptrdiff_t>(4 * current.palpation.size() / 5);
     const std::vector<PalpationSample> most(current.palpation.begin(), current.palpation.begin() + share);

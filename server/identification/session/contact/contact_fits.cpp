@@ -27,7 +27,7 @@ ContactDomain ContactIdentification::State::domain() const {
     domain.displacement_mm *= std::pow(task.force_n / largest_n, 0.6);
   }
   if (!recorded) {
-    // As fast as a brisk press gets: down in 0.4 s on average.
+    // A brisk press: down in 0.4 s on average.
     domain.speed_mm_per_s =
         task.speed_mm_per_s > 0.0 ? task.speed_mm_per_s : std::clamp(2.5 * domain.displacement_mm, 3.0, 60.0);
   }
@@ -59,7 +59,7 @@ std::optional<HuntCrossleyEstimate> ContactIdentification::State::batch(
   return fit_by_variable_projection(palpation, options);
 }
 
-/// None where one law was asked for by name.
+/// Choice of a law; none if one law was asked for by name.
 std::optional<ContactLawChoice> ContactIdentification::State::choice(const Fit& current) const {
   if (!wants_creep() || !wants_hunt_crossley()) return std::nullopt;
   const double surface_mm = recorded && current.surface ? current.surface->surface_mm : 0.0;

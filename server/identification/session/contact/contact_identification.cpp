@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kFitPoints = 200;
 
-/// rms of x̂/x - 1 beyond a tenth of the deepest (IdentifiedLaw::relative_error).
+/// Error rms of x̂/x - 1 beyond a tenth of the deepest (IdentifiedLaw::relative_error).
 double relative_displacement_error(const rt::HuntCrossleyParameters& law,
                                    const std::vector<PalpationSample>& palpation, double deepest_mm) {
   double sum = 0.0;
@@ -174,7 +174,7 @@ hal::Result<rt::IdentifiedModel> ContactIdentification::finish() const {
     law.reset();
   }
   if (!fit.creeps) {
-    // What creeps need not be known where nothing does.
+    // What creeps need not be known if nothing does.
     fit.creep = creep;
     s.judge(fit);
   }

@@ -12,13 +12,14 @@ namespace hapticd::identification {
 /// (4.22) and the creep law. On a rig it is fed live and asks for what is missing; from a recording it
 /// takes what there is, and also estimates where the surface lies, which a recording seldom shows.
 ///
-/// steady: what the recursive estimate predicts and its exponent change by less than 3 % per second of
-/// contact (D§4.5.1). certain: standard errors of the predicted force within 5 %, or within what the law
-/// itself leaves unexplained; of the exponent within 0.15; of the shares that creep within 0.1.
+/// The identification is "steady" when what the recursive estimate predicts and its exponent change by less
+/// than 3 % per second of contact (D§4.5.1). It is "certain" when standard errors of the predicted force are
+/// within 5 %, or within what the law itself leaves unexplained, of the exponent within 0.15, and of the
+/// shares that creep within 0.1.
 ///
-/// Refused, each with a remedy: no contact, fewer samples than show anything, force or position of the wrong
-/// sign, a signal that never changes, stiffness or range that no object has (units). Gaps, samples that are
-/// no numbers and a saturated sensor only degrade, and are given in the remarks.
+/// Refuses, each with a remedy: no contact, fewer samples than show anything, force or position of the
+/// wrong sign, a signal that never changes, stiffness or range that no object has (units). Gaps, samples that
+/// are not finite and a saturated sensor only degrade the result, and are given in the remarks.
 ///
 /// Memory is a few megabytes at most however long it lasts; add() takes about a microsecond. progress() fits
 /// again when there is enough new (some milliseconds, more for the creep law).

@@ -69,7 +69,7 @@ std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const
     return refuse("the position never changes", {}, "a tip that presses and lets go",
                   recorded ? "is this the column of the position?" : "press on the object and let go");
   }
-  // A tool that is torn away pulls for a few samples; a sensor that is turned round pulls on the whole.
+  // A tool that is torn away pulls for a few samples; a sensor that is turned round pulls all the time.
   if (extent.mean_force_n() < 0.0 &&
       -extent.smallest_force_n() > 2.0 * std::max(extent.largest_force_n(), threshold_n)) {
     return refuse("the force has the wrong sign: it pulls where the object should push",

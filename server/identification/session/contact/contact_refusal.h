@@ -8,11 +8,11 @@
 
 namespace hapticd::identification {
 
-/// What a palpation spans: enough to see that it is none.
+/// Range that a palpation spans: enough to see when it cannot be one.
 class PalpationExtent {
  public:
-  /// Every fit sample, in contact or not. `depth_mm` grows into the object, `force_n` is positive where the
-  /// object pushes back.
+  /// Adds every fit sample, in contact or not. `depth_mm` grows into the object, `force_n` is positive when
+  /// the object pushes back.
   void add(double depth_mm, double force_n) noexcept;
 
   std::uint64_t samples() const noexcept { return samples_; }
@@ -21,7 +21,7 @@ class PalpationExtent {
   double smallest_force_n() const noexcept { return smallest_n_; }
   double mean_force_n() const noexcept { return mean_n_; }
   double force_range_n() const noexcept { return largest_n_ - smallest_n_; }
-  /// Of depth and force.
+  /// Correlation of depth and force.
   double correlation() const noexcept;
 
  private:
@@ -30,8 +30,9 @@ class PalpationExtent {
   double mean_mm_ = 0.0, mean_n_ = 0.0, sxx_ = 0.0, sxf_ = 0.0, sff_ = 0.0;
 };
 
-/// Why these data cannot be a palpation, with what to do about it: nothing usable, too little, a constant
-/// signal, force or position of the wrong sign, no contact, units that no object has. None where they may be.
+/// Reason why these data cannot be a palpation, with what to do about it: nothing usable, too little, a
+/// constant signal, force or position of the wrong sign, no contact, units that no object has. None if they
+/// may be.
 std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const SampleGate& gate,
                                             double threshold_n, bool recorded);
 

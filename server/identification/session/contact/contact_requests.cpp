@@ -65,7 +65,7 @@ MotionRequest next_palpation(const PalpationNeeds& n) {
   const double f = n.force_n;
   if (!gently_touched(n)) return press(0.4 * f, 0.6 * f, 0.3, words);
   if (!depth_reached(n)) {
-    // As force grows with depth: no more than twice what was allowed for.
+    // The force grows with depth: no more than twice what was allowed for.
     const double force_n =
         n.largest_force_n * std::pow(n.displacement_mm / std::max(1e-3, n.deepest_mm), 1.7);
     return press(std::clamp(1.05 * force_n, 0.4 * f, 2.0 * f), f, 0.3, words);

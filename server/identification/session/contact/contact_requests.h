@@ -10,7 +10,7 @@
 
 namespace hapticd::identification {
 
-/// How far a palpation has come, and what is still wanted of it.
+/// State of a palpation, and what is still wanted of it.
 struct PalpationNeeds {
   double force_n = 6.0;          ///< what presses shall reach
   double largest_force_n = 0.0;  ///< reached
@@ -26,11 +26,11 @@ struct PalpationNeeds {
   std::uint32_t contacts = 0;
 };
 
-/// In words, the most wanted first; empty where nothing is missing.
+/// What is missing in words, the most wanted first; empty if nothing is.
 std::vector<std::string> missing_in_words(const PalpationNeeds& needs);
 
-/// The next press or tap: gently first, then to the full force with a rest, then what coverage lacks; in the
-/// end other forces and rates, until the estimate is steady and certain.
+/// Next press or tap: gently first, then to the full force with a rest, then what coverage lacks; in the end
+/// other forces and rates, until the estimate is steady and certain.
 MotionRequest next_palpation(const PalpationNeeds& needs);
 
 }  // namespace hapticd::identification

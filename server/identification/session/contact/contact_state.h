@@ -24,7 +24,7 @@ namespace hapticd::identification {
 inline constexpr std::size_t kContactSamplesKept = 16'384;
 inline constexpr double kSnapshotS = 0.25;  ///< of contact, between looks at whether the estimate still moves
 
-/// What of an estimate has to have come to rest.
+/// Quantities of an estimate that have to come to rest.
 struct ContactSnapshot {
   double contact_s = 0.0;
   double log_force = 0.0, log_force_half = 0.0;  ///< at the deepest and at half of it
@@ -35,7 +35,7 @@ struct ContactSnapshot {
 ContactSnapshot snapshot_of(const HuntCrossleyEstimate& estimate, double contact_s, double deepest_mm,
                             double speed_mm_per_s);
 
-/// One palpation under way: the samples kept of it and what was made of them.
+/// Palpation under way: the samples kept of it and what was made of them.
 struct ContactIdentification::State {
   State(const ContactTask& contact_task, const hal::RigInfo& rig_info)
       : task(contact_task),
@@ -77,7 +77,7 @@ struct ContactIdentification::State {
   void track_hold(const PalpationSample& sample, double step_s);
   ContactDomain domain() const;
 
-  // Made from the samples kept, when it is asked for and enough is new.
+  // Fit to the samples kept, made when it is asked for and enough is new.
   struct Fit {
     bool made = false;
     double at_contact_s = -1.0;

@@ -9,9 +9,9 @@
 namespace hapticd::identification {
 
 const char* words_of(ContactFitMethod method);
-/// What each law leaves of the displacement held out, and which was chosen.
+/// Words on what each law leaves of the displacement held out, and which was chosen.
 std::string words_of(const ContactLawChoice& choice);
-/// What creeps more slowly than any contact lasted; empty where all was seen.
+/// Words on what creeps more slowly than any contact lasted; empty if all was seen.
 std::string words_of_unseen(const CreepEstimate& creep);
 
 }  // namespace hapticd::identification

@@ -38,7 +38,7 @@ Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_
   }
   for (int depth = 1; depth < kDepths; ++depth) {
     if (!domain.speeds_required) {
-      // Any speed will do: the one there is most of.
+      // Any speed will do: the most frequent one is taken.
       int most = 2;
       for (int speed = 0; speed < kSpeeds; ++speed) {
         if (map.counts[cell_of(depth, speed)] > map.counts[cell_of(depth, most)]) most = speed;
@@ -62,7 +62,7 @@ Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_
 std::vector<MissingCoverage> missing_coverage(const Coverage& map, const ContactDomain& domain) {
   std::vector<MissingCoverage> missing;
   const double depth_mm = domain.displacement_mm / kDepths;
-  // What lies deepest and is fastest is hardest to come by, so it is asked for first.
+  // The deepest and fastest cells are hardest to reach, so they are asked for first.
   struct Row {
     int speed;
     CoverageNeed need;

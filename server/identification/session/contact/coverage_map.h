@@ -10,8 +10,8 @@
 
 namespace hapticd::identification {
 
-/// What of a contact law's domain a palpation has to visit before the law may be trusted there: bad coverage
-/// is the main source of error (D§4.7.3).
+/// Domain of a contact law that a palpation has to visit before the law may be trusted there: bad coverage is
+/// the main source of error (D§4.7.3).
 struct ContactDomain {
   double displacement_mm = 1.0;     ///< down to here
   double speed_mm_per_s = 10.0;     ///< up to here, going in
@@ -19,14 +19,14 @@ struct ContactDomain {
   std::size_t enough_samples = 20;  ///< per cell
 };
 
-/// Samples per cell of displacement × speed (in: positive), and which cells are waited for: slow at all
-/// depths beyond the first fifth, in at half of the speed and out at any in the middle of the depths, in at
-/// the full speed in their first half, where a press is fastest. Without required speeds: all depths beyond
-/// the first fifth, at any.
+/// Samples per cell of displacement × speed (in: positive), and which cells are required: slowly at all
+/// depths beyond the first fifth; inwards at half of the speed and outwards at any speed in the middle
+/// depths; inwards at full speed in the first half, where a press is fastest. Without required speeds: all
+/// depths beyond the first fifth, at any.
 Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_t stride,
                           const ContactDomain& domain);
 
-/// What the required cells without enough samples ask of the hand.
+/// Speed that the required cells without enough samples need of the hand.
 enum class CoverageNeed : unsigned char { kSlow, kModerate, kFast };
 struct MissingCoverage {
   CoverageNeed need;

@@ -14,7 +14,8 @@ namespace {
 constexpr std::size_t kRefitEvery = 3;
 constexpr double kSteadyMm = 0.7;
 
-/// A press is seen from what is quiet on; a law counts from the surface. Two recordings are late alike.
+/// A press is seen only from its first loud sample on; a law counts from the surface. Two recordings are late
+/// alike.
 std::vector<Press> counted_from_surface(std::vector<Press> presses, const rt::HuntCrossleyParameters& law,
                                         double threshold_n) {
   constexpr double kMaxLateMm = 3.0;
@@ -24,7 +25,7 @@ std::vector<Press> counted_from_surface(std::vector<Press> presses, const rt::Hu
   return presses;
 }
 
-/// Not known: whatever is equally likely up to 10 mm, its mean and deviation.
+/// Estimate of what is not known: whatever is equally likely up to 10 mm, its mean and deviation.
 constexpr Estimated kUnknownRadius{5.0, 2.9};
 
 Estimated radius_of(const InclusionTask& task) {

@@ -14,7 +14,7 @@
 namespace hapticd::identification {
 
 /// A stiff inclusion in an object (D§5.3): its place and what it adds, from presses spread over the object;
-/// presses straight over it are enough where its depth is known beforehand. The object without it is known by
+/// presses straight over it are enough if its depth is known beforehand. The object without it is known by
 /// presses, by its law, or by the presses that are far from the inclusion.
 class InclusionIdentification final : public Identification {
  public:
@@ -28,8 +28,8 @@ class InclusionIdentification final : public Identification {
   static constexpr std::size_t kMinPresses = 8;      ///< of a scan
   static constexpr std::size_t kMinPressesOver = 2;  ///< straight over it
   static constexpr double kMaxPlaceErrorMm = 1.0;    ///< standard error across, to converge
-  /// Of a depth. Most of it is how the added force falls off, which the presses hardly show; two of it are
-  /// the 5 mm that an identification promises.
+  /// Maximum error of a depth. Most of it is how the added force falls off, which the presses hardly show;
+  /// two of it are the 5 mm that an identification promises.
   static constexpr double kMaxDepthErrorMm = 2.5;
   static constexpr double kMaxResidual = 0.6;       ///< what is left over what the inclusion adds
   static constexpr double kMaxLeftOverShare = 0.5;  ///< of what the object's own response leaves
@@ -37,18 +37,18 @@ class InclusionIdentification final : public Identification {
  private:
   bool scans() const noexcept { return task_.known_depth_mm <= 0.0; }
   std::size_t min_presses() const noexcept { return scans() ? kMinPresses : kMinPressesOver; }
-  /// Fits again where presses came.
+  /// Fits again if presses came.
   void refit(bool now) const;
   hal::Result<InclusionFit> fit() const;
   bool certain(const InclusionFit& fit) const;
-  /// Whether the data show one at all.
+  /// True if the data show one at all.
   bool shows_inclusion(const InclusionFit& fit) const;
   Coverage coverage() const;
   hal::Vector3 centre_mm() const;
   /// Height of the surface at a place by the presses so far, of the rig.
   double surface_height_mm(double x_mm, double y_mm) const;
   MotionRequest press_at(double x_mm, double y_mm, double speed_mm_per_s) const;
-  /// The next place of the scan that has no press yet, from the centre outwards.
+  /// Next place of the scan that has no press yet, from the centre outwards.
   std::optional<hal::Vector3> open_place_mm() const;
 
   // inclusion_words.cpp

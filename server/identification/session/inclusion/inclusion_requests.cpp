@@ -91,7 +91,8 @@ std::optional<hal::Vector3> InclusionIdentification::open_place_mm() const {
 }
 
 double InclusionIdentification::surface_height_mm(double x_mm, double y_mm) const {
-  // z = a + b x + c y + d (x² + y²) through where the surface was met; a plane or less where there is little.
+  // z = a + b x + c y + d (x² + y²) through where the surface was met; a plane or less if there are few
+  // presses.
   const std::vector<Press>& presses = collector_.presses();
   if (presses.empty()) return 0.0;
   const hal::Vector3 centre = centre_mm();

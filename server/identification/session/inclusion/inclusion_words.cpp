@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kOfInclusion = "identification of an inclusion";
 constexpr double kNearMm = 8.0;       // a press that is straight over it
-constexpr double kFarShare = 0.6;     // of its depth: a press that is beside it
+constexpr double kFarShare = 0.6;     // of its depth: a press that is off to the side
 constexpr double kMinSpreadMm = 4.0;  // rms, of the presses of a scan
 
 double across_mm(const hal::Vector3& a, const hal::Vector3& b) {
@@ -53,7 +53,7 @@ std::optional<hal::Error> InclusionIdentification::too_little() const {
                     "hapticctl: --known-depth)"};
 }
 
-/// What no press has shown, with the place as it is known now.
+/// Lists what no press has shown, with the place as it is known now.
 std::vector<std::string> InclusionIdentification::unseen(const InclusionFit& fit) const {
   std::vector<std::string> words;
   if (!scans()) return words;

@@ -15,8 +15,8 @@
 
 namespace hapticd::identification {
 
-/// From observations to presses: where the surface was met and what came after until the tip was free again.
-/// What is no press (the tool's inertia, noise, a light touch) is left out. Bounded memory: of many presses
+/// Turns observations into presses: where the surface was met and what came after until the tip was free
+/// again. All else (the tool's inertia, noise, a light touch) is left out. Bounded memory: of many presses
 /// the oldest are dropped, of a long one every second sample.
 class PressCollector {
  public:
@@ -28,15 +28,15 @@ class PressCollector {
   PressCollector(const hal::RigInfo& rig, double threshold_n);
 
   void add(const rt::Observation& observation);
-  /// A press that the data end in the middle of counts as well.
+  /// Ends the data: a press in the middle of which they end counts as well.
   void end();
 
-  /// Those that are over.
+  /// Presses that are over.
   const std::vector<Press>& presses() const noexcept { return presses_; }
-  /// How many were completed, also those that were dropped since.
+  /// Number of presses that were completed, also those that were dropped since.
   std::size_t completed() const noexcept { return completed_; }
   std::uint64_t samples() const noexcept { return samples_; }
-  /// Whether the tip was ever seen free: not where the sensor was never biased.
+  /// True if the tip was ever seen free: not if the sensor was never biased.
   bool seen_free() const noexcept { return seen_free_; }
   double watched_s() const noexcept { return gate_.watched_s(); }
   /// Presses and ticks that were left out, in words.

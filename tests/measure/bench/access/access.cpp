@@ -274,7 +274,7 @@ double force_beyond_ttl_s(const std::filesystem::path& logs) {
 constexpr unsigned kLiveBatch = 20;
 constexpr unsigned kBulkBatch = 100;
 
-/// In one language, of batches of this size at 1 kHz; `add` as in run_access().
+/// Measures one language, with batches of this size at 1 kHz; `add` as in run_access().
 template <class Add>
 void add_decode_cost(const std::filesystem::path& folder, double seconds, bool python, unsigned batch_size,
                      Add add) {
@@ -316,8 +316,8 @@ void add_decode_costs(const std::filesystem::path& folder, double seconds, Add a
   }
 }
 
-/// Every method of the contract, called with requests made from its descriptors, against a daemon of its own
-/// for each seed.
+/// Calls every method of the contract with requests made from its descriptors, against a separate daemon for
+/// each seed.
 template <class Add>
 void add_rpc_fuzz(int seeds, const Add& add) {
   report::Figure inputs{.figure = "rpc_fuzz_inputs", .value = 0.0};

@@ -14,12 +14,12 @@ struct DecodeCost {
 /// Batches of one daemon in both encodings, all groups, kept in `folder` as they came.
 class RecordedBatches {
  public:
-  /// Runs a daemon for some seconds. `batch_size` as in SubscribeRequest. Throws std::runtime_error where
+  /// Runs a daemon for some seconds. `batch_size` as in SubscribeRequest. Throws std::runtime_error if
   /// nothing came.
   RecordedBatches(std::filesystem::path folder, double seconds, unsigned batch_size);
 
   DecodeCost decoded_in_cpp() const;
-  /// By numpy and protobuf for Python. Throws std::runtime_error where they are not installed.
+  /// Cost by numpy and protobuf for Python. Throws std::runtime_error if they are not installed.
   DecodeCost decoded_in_python() const;
 
  private:

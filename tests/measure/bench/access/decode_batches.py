@@ -32,8 +32,8 @@ def messages(path):
 
 
 def paths_of(message, before=""):
-    """Of all numbers in a message and in the messages it has, by the names of the fields that lead to them. A number that
-    is zero counts too, although it is not sent."""
+    """Paths to all numbers in a message and in the messages it has, by the names of the fields that lead to them. A
+    number that is zero counts too, although it is not sent."""
     found = []
     for field in message.DESCRIPTOR.fields:
         if field.message_type is None:
@@ -57,7 +57,7 @@ def by_samples(batch_type, raw):
 
 
 def by_blocks(batch_type, raw, types):
-    """The same table, which is a view into the bytes of the batch's block."""
+    """Table as a view into the bytes of the batch's block."""
     columns = batch_type.FromString(raw[0]).block.columns
     kind = numpy.dtype([(c.name, "<i8" if c.type == types["COLUMN_TYPE_INT64"] else "<f8") for c in columns])
     count = 0
@@ -68,7 +68,7 @@ def by_blocks(batch_type, raw, types):
 
 
 def best_us(decode):
-    """Of five, in µs a sample, and of how many numbers."""
+    """Best time of five, in µs a sample, and of how many numbers."""
     best = float("inf")
     for _ in range(5):
         began = time.perf_counter()

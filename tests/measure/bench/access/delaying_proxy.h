@@ -19,7 +19,7 @@ struct WayDelay {
 /// end.
 class DelayingProxy {
  public:
-  /// Throws std::runtime_error where there is no port, or nothing listens on `target_port`.
+  /// Starts the proxy. Throws std::runtime_error if there is no port, or nothing listens on `target_port`.
   DelayingProxy(std::uint16_t target_port, WayDelay there, WayDelay back);
   ~DelayingProxy();
   DelayingProxy(const DelayingProxy&) = delete;

@@ -133,7 +133,7 @@ long unfinished_uploads(const std::string& address, double scale) {
   return uploads;
 }
 
-/// As fast as it goes for so long, by several clients at once; refusals count as well.
+/// Calls as fast as it goes for so long, by several clients at once; refusals count as well.
 template <class Call>
 long storm(const std::string& address, double seconds, Call&& call) {
   constexpr int kClients = 8;

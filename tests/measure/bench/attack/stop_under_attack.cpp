@@ -37,10 +37,10 @@ using Clock = std::chrono::steady_clock;
 using report::fixed;
 
 constexpr std::chrono::seconds kGiveUp{10};
-/// By the service: each takes as long as a connection takes.
+/// Timeout of a stop by the service: each takes as long as a connection takes.
 constexpr std::chrono::milliseconds kServiceTimeout{2000};
 
-/// A daemon that listens everywhere, with a folder of its own.
+/// Daemon that listens everywhere, with a separate folder.
 struct Victim {
   explicit Victim(const std::filesystem::path& folder, const std::filesystem::path& lab,
                   rlim_t max_descriptors);
@@ -103,7 +103,7 @@ Victim::Victim(const std::filesystem::path& its_folder, const std::filesystem::p
 using Attack =
     std::function<void(const Victim& victim, const std::string& transport, const std::atomic<bool>& done)>;
 
-/// So many threads that do one thing again and again; what fails is tried again.
+/// Runs so many threads that do one thing again and again; what fails is tried again.
 void in_threads(int count, const std::atomic<bool>& done, const std::function<void()>& once) {
   std::vector<std::thread> threads;
   for (int i = 0; i < count; ++i) {

@@ -115,7 +115,7 @@ def tabs(port: int, cookie: str, seconds: float) -> None:
 
 
 def quantile_us(before: Any, after: Any, share: float) -> float:
-    """Of the ticks between two states."""
+    """Distribution of the ticks between two states."""
     counts = {bucket.up_to_us: bucket.count for bucket in after.buckets}
     for bucket in before.buckets:
         counts[bucket.up_to_us] = counts.get(bucket.up_to_us, 0) - bucket.count

@@ -12,10 +12,10 @@
 namespace hapticd::bench {
 
 /// Reads what `cyclictest -h` prints: the histogram in whole microseconds and its overflows, which are
-/// counted at the maximum. None where there is no histogram.
+/// counted at the maximum. None if there is no histogram.
 std::optional<LatencyDistribution> parse_cyclictest(std::string_view output);
 
-/// Where a cyclictest runs.
+/// Place in which a cyclictest runs.
 struct CyclictestPlace {
   int priority = 80;  ///< SCHED_FIFO
   int cpu = -1;       ///< the only CPU it may run on; -1 = any

@@ -26,7 +26,7 @@ struct DaemonSetup {
 /// The real daemon.
 class DaemonProcess {
  public:
-  /// Starts it and waits until it listens. Throws std::runtime_error with what it said where it does not.
+  /// Starts it and waits until it listens. Throws std::runtime_error with what it said if it does not.
   explicit DaemonProcess(std::filesystem::path log, const DaemonSetup& setup = {});
 
   /// "127.0.0.1:PORT".

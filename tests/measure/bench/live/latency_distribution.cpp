@@ -9,7 +9,7 @@ namespace {
 
 using Bin = LatencyDistribution::Bin;
 
-/// By where they end. What falls below zero or is nothing is left out.
+/// Sum of bins by where they end. What falls below zero or is nothing is left out.
 class BinSum {
  public:
   void add(const Bin& bin, double times = 1.0) {

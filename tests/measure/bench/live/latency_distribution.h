@@ -16,7 +16,7 @@ struct LatencyDistribution {
   std::vector<Bin> bins{};
 
   double count() const;
-  /// The quantile (0 … 1), with what a bin holds spread evenly over it; NaN where nothing was counted.
+  /// Quantile (0 … 1), with what a bin holds spread evenly over it; NaN if nothing was counted.
   double quantile_us(double share) const;
   double max_us() const { return quantile_us(1.0); }
   /// The share that took longer than each bin's edge; what a histogram looks like when its tail matters.

@@ -41,7 +41,7 @@ struct Received {
   std::int64_t newest_ns = 0;  ///< the rig's time of the newest sample
 };
 
-/// None when the daemon ended the stream.
+/// Reads; none when the daemon ended the stream.
 std::optional<Received> read_until(const std::string& address, std::chrono::steady_clock::time_point end,
                                    bool blocks) {
   client::Client client({.address = address, .timeout = std::chrono::seconds(20)});

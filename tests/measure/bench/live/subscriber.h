@@ -26,8 +26,8 @@ struct SubscriberTally {
   SubscriberTally& operator+=(const SubscriberTally& other) noexcept;
 };
 
-/// Subscribers at the full rate, all groups, each with its own connection, in a process of their own as in
-/// real life: able to stall or die as a whole.
+/// Subscribers at the full rate, all groups, each with its own connection, in a separate process as in real
+/// life: able to stall or die as a whole.
 class SubscriberProcess {
  public:
   /// `result` is the file it leaves its tally in. `blocks`: by TELEMETRY_ENCODING_BLOCK.
@@ -37,7 +37,7 @@ class SubscriberProcess {
   /// Stops the whole process, as a debugger or a frozen machine does.
   void stall() noexcept;
   void kill() noexcept;
-  /// Waits for its end; throws std::runtime_error where it ended badly or left no tally.
+  /// Waits for its end; throws std::runtime_error if it ended badly or left no tally.
   SubscriberTally finish();
   pid_t pid() const noexcept { return process_.pid(); }
 

@@ -1,5 +1,5 @@
 // `hapticd_bench netft`: a 1 kHz loop that reads a force sensor behind a Net F/T box which sends 7000 records
-// a second from a process of its own, over the loopback.
+// a second from a separate process, over the loopback.
 
 #include <pthread.h>
 #include <sched.h>
@@ -75,7 +75,7 @@ double figure(const hal::PartReport& report, const std::string& name) {
   throw std::runtime_error("the sensor reports no figure " + name);
 }
 
-/// The box in a process of its own.
+/// Box in a separate process.
 class BoxProcess {
  public:
   explicit BoxProcess(const std::filesystem::path& log)
@@ -108,7 +108,7 @@ class BoxProcess {
   int http_port_ = 0;
 };
 
-/// For this thread and those it makes; without the right to it: as it is.
+/// Takes a priority for this thread and those it makes; without the right to it: as it is.
 void take_priority(int priority) {
   sched_param parameter{};
   parameter.sched_priority = priority;
@@ -156,7 +156,7 @@ NetFtRun run_netft_case(double seconds, const std::filesystem::path& log) {
 
   NetFtRun run;
   hal::RigSample ignored;
-  (*sensor)->read(ignored);  // what came before the loop runs is no one's to miss
+  (*sensor)->read(ignored);  // what came before the loop runs does not count as missed
   const hal::PartReport before = (*sensor)->report();
   const double cpu_before_s = receiver_cpu_s();
   const std::int64_t begin_ns = now_ns();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::chrono::seconds kEventPatience{60};
 
-/// Where and how fast the tap is.
+/// Delays of a network, and the speed of the tap.
 struct Network {
   const char* name;
   WayDelay there;

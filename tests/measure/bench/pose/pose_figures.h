@@ -9,7 +9,7 @@
 
 namespace hapticd::bench {
 
-/// Where a figure goes, with a line for the reader.
+/// Sink of a figure, with a line for the reader.
 using AddFigure = std::function<void(const report::Figure&)>;
 
 /// What one stream of poses received.
@@ -17,7 +17,7 @@ struct PoseTally {
   std::vector<double> age_ms;  ///< from the measurement to its arrival here, by the clock both share
   std::uint64_t skipped = 0;
 };
-/// Reads poses for so many seconds, `streams` at once, each over a connection of its own.
+/// Reads poses for so many seconds, `streams` at once, each over a separate connection.
 PoseTally read_poses(const std::string& address, double rate_hz, double seconds, int streams);
 
 /// `pose_age_ms` {rate_hz, quantile} of one subscriber, and of 16.

@@ -112,7 +112,7 @@ void add_pose_cpu(const std::filesystem::path& logs, bool quick, const AddFigure
   std::this_thread::sleep_for(std::chrono::seconds(1));
   const double alone =
       share_while({}, [&] { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); });
-  // In a process of its own: only the daemon's share counts.
+  // Readers are a separate process: only the daemon's share counts.
   report::ChildProcess readers({{(program_folder() / "hapticd_bench").string(), "pose-child", "--server",
                                  daemon.address(), "--seconds", std::to_string(seconds + 4.0)}});
   std::this_thread::sleep_for(std::chrono::seconds(2));

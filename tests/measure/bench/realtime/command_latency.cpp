@@ -41,7 +41,7 @@ class EchoService final : public v1::RenderingService::Service {
   }
 };
 
-/// The server in a process of its own.
+/// Server in a separate process.
 class EchoProcess {
  public:
   explicit EchoProcess(const std::filesystem::path& log)

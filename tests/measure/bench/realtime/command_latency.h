@@ -7,11 +7,11 @@
 
 namespace hapticd::bench {
 
-/// From the call that sets a target to its answer, which comes after the tick it took effect at, next to the
-/// same call to a server that answers at once.
+/// Measures from the call that sets a target to its answer, which comes after the tick it took effect at,
+/// next to the same call to a server that answers at once.
 void measure_command_latency(report::Report& report, const RealtimeOptions& options);
 
-/// That server: answers SetTarget with an answer of the usual size, until it is asked to end.
+/// Runs that server: answers SetTarget with an answer of the usual size, until it is asked to end.
 int run_echo_child();
 
 }  // namespace hapticd::bench

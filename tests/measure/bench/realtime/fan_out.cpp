@@ -71,7 +71,7 @@ FanOut run(const Subscribers& subscribers, double seconds, const std::filesystem
   return result;
 }
 
-/// The same as blocks, where 64 take 1 kHz and 8 take 10 kHz, whole.
+/// Measures the fan-out of blocks, where 64 take 1 kHz and 8 take 10 kHz, whole.
 void measure_block_fan_out(report::Report& report, double seconds, bool quick,
                            const std::filesystem::path& folder) {
   report::MarkdownTable table({"rate [Hz]", "subscribers", "samples", "missing or dropped",

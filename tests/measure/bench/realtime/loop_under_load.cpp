@@ -53,7 +53,7 @@ struct Placement {
   CyclictestPlace yardstick{.priority = 81, .after_us = kYardstickWokenAfterUs};
 };
 
-/// Of the CPUs this process may use the last one, and from then on all but that one are for this process and
+/// Takes the last of the CPUs this process may use; from then on all but that one are for this process and
 /// whatever it starts. On a machine with one CPU everything shares it.
 Placement take_a_cpu_for_the_loop() {
   cpu_set_t cpus;
@@ -70,8 +70,8 @@ Placement take_a_cpu_for_the_loop() {
 
 using Clock = std::chrono::steady_clock;  // CLOCK_MONOTONIC
 
-/// At which an aligned cyclictest that is started now begins to measure; waits for a moment at which that is
-/// clear.
+/// Time at which an aligned cyclictest that is started now begins to measure; waits for a moment at which
+/// that is clear.
 Clock::time_point full_second_to_come() {
   using namespace std::chrono_literals;
   const auto second = std::chrono::floor<std::chrono::seconds>(Clock::now()) + 1s;

@@ -60,7 +60,7 @@ class Flight {
       await([&] { return recorder_->rows_kept() >= goal; });
     }
   }
-  /// Of what the incident should have.
+  /// Share missing of what the incident should have.
   double missing_after(rt::GuardFault fault) {
     fly(kBefore);
     engine_.raise(fault);

@@ -85,7 +85,7 @@ std::vector<std::int64_t> kill_while_recording(const fs::path& logs, const fs::p
   return last;
 }
 
-/// Files that the official reader refuses; nothing where it is not to be had.
+/// Counts files that the official reader refuses; nothing if it is not to be had.
 std::optional<double> refused_by_official_reader(const fs::path& logs, const std::vector<fs::path>& files) {
   const fs::path packages = program_folder().parent_path() / "official_reader";
   if (!fs::exists(packages / "node_modules/@mcap/core")) return std::nullopt;
@@ -181,7 +181,7 @@ void add_cut_figures(const fs::path& folder, int cuts, const AddFigure& add) {
         const auto repaired = recording::repair(cut.string());
         if (!repaired) throw std::runtime_error(repaired.error().text());
         const FileTicks left = ticks_in(cut);
-        // Of what was in the bytes: what is behind the last whole chunk.
+        // Kept of what was in the bytes: what is behind the last whole chunk.
         std::size_t whole_chunks = 0;
         for (const auto& chunk : summary->chunks) whole_chunks += chunk.offset + chunk.length <= size ? 1 : 0;
         const double chunk_s = whole_chunks < summary->chunks.size()

@@ -27,7 +27,7 @@ std::uint16_t metrics_port(const fs::path& log) {
   return static_cast<std::uint16_t>(std::stoi(text.str().substr(at + kShownOn.size())));
 }
 
-/// Of one line of /proc/PID/smaps_rollup, in MB.
+/// Memory by one line of /proc/PID/smaps_rollup, in MB.
 double memory_mb(pid_t pid, const std::string& key) {
   std::ifstream rollup("/proc/" + std::to_string(pid) + "/smaps_rollup");
   for (std::string line; std::getline(rollup, line);) {

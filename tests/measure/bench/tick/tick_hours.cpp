@@ -56,7 +56,7 @@ class RestingTool {
     counts_[batch] = CycleClock::now() - start;
   }
 
-  /// Of a tick, in the clock's counts; median of the minute's batches.
+  /// Duration of a tick, in the clock's counts; median of the minute's batches.
   double minute_median() {
     const auto middle = counts_.begin() + kBatchesPerMinute / 2;
     std::nth_element(counts_.begin(), middle, counts_.end());

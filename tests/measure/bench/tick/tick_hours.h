@@ -7,14 +7,13 @@
 namespace hapticd::bench {
 
 /// How long ticks take while a tool lies still for hours after a contact, as multiples of those of a tool
-/// that was laid down seconds ago: every filter decays towards zero, and to denormal numbers where they are
-/// not flushed. The three take turns every 60 ticks, so that a machine that changes its speed changes all
-/// alike.
+/// that was laid down seconds ago: every filter decays towards zero, and to denormal numbers if they are not
+/// flushed. The three take turns every 60 ticks, so that a machine that changes its speed changes all alike.
 struct RestingTimes {
   double fresh_ns = 0.0;         ///< laid down seconds ago, flushed; median
   double flushed_ratio = 0.0;    ///< at rest for hours, over fresh; median of the last thirty minutes
   double flushed_slowest = 0.0;  ///< the same, largest of all minutes; what else the machine did is in it
-  double kept_ratio = 0.0;       ///< as flushed_ratio, where denormal numbers are not flushed
+  double kept_ratio = 0.0;       ///< as flushed_ratio, if denormal numbers are not flushed
   double kept_slowest = 0.0;
 };
 

@@ -53,9 +53,9 @@ class TickWorkload {
   std::size_t size() const noexcept { return samples_.size(); }
   double contact_share() const noexcept;
   const rt::SceneOutline& outline() const noexcept { return outline_; }
-  /// Of the composed stages and of what runs and guards them.
+  /// Memory of the composed stages and of what runs and guards them.
   std::size_t memory_bytes() const noexcept { return memory_bytes_; }
-  /// From the scene's text, read, to its first tick: checking and composing.
+  /// Time from the scene's text, read, to its first tick: checking and composing.
   double compose_ns() const noexcept { return compose_ns_; }
   /// What the next tick shows.
   rt::TickRecord next_record() noexcept;

@@ -172,7 +172,7 @@ TEST(ToolGuide, ACancelledOneLetsGoWithoutAJerk) {
   EXPECT_EQ(rig.record().guide_state, GuideState::kCancelled);
 }
 
-/// Of the force at the hand along the press, over a press to 3 N, with a fixture and without.
+/// Stiffness at the hand along the press, over a press to 3 N, with a fixture and without.
 struct Pressed {
   std::vector<double> hand_n;
   double fixture_along_n = 0.0;  ///< the largest that the fixture itself asks for
@@ -322,7 +322,7 @@ TEST(ToolFixture, LetsGoOfAToolThatIsPulledAwayAndOfWhatWasNoContact) {
   for (int i = 0; i < 60; ++i) fixture.update(away);
   EXPECT_EQ(length(fixture.update(away)), 0.0);
 
-  for (int i = 0; i < 100; ++i) fixture.update(in_contact_at({}));  // a jerk in the air later is no reason
+  for (int i = 0; i < 100; ++i) fixture.update(in_contact_at({}));  // a jerk in the air later is not a reason
   fixture.update(away);
   away.is_withdrawn = true;
   for (int i = 0; i < 60; ++i) fixture.update(away);

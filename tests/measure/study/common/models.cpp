@@ -18,14 +18,14 @@ const IdentificationResult& identified(const std::string& object) {
   const auto found = known.find(key);
   if (found != known.end()) return found->second;
   IdentificationResult result = identify(object);
-  // Studies compare both laws, also where the service advises against one.
+  // Studies compare both laws, also if the service advises against one.
   if (!result.model.hunt_crossley) result.model.hunt_crossley = result.dissertation.hunt_crossley;
   return known.emplace(key, std::move(result)).first->second;
 }
 
 namespace {
 
-/// Of the dissertation's rod friction (D§4.4.1).
+/// Error of the dissertation's rod friction (D§4.4.1).
 double published_friction_error(const std::string& object) {
   if (object == "sponge_cut") return 0.08;
   if (object == "foam_ball_3d") return 0.07;

@@ -86,7 +86,7 @@ void add_defaults(report::Report& report) {
       "Errors are of the simulation's truth, each as its own section says; run times are of this machine.");
 }
 
-/// Of the defaults whose error is a share of what is measured.
+/// Adds the errors of the defaults whose error is a share of what is measured.
 void add_largest_errors(report::Report& report) {
   std::vector<Json> errors;
   for (const Json& record : figures_in(report.folder(), "error_vs_runtime")) {
@@ -134,7 +134,7 @@ void add_dearest(report::Report& report) {
   report.add_table("summary_scenes", "What a tick costs", table);
 }
 
-/// In the order of the walk, then stability, extremes, cost.
+/// Figures in the order of the walk, then stability, extremes, cost.
 std::vector<std::string> order_of(const Study& study) {
   std::vector<std::string> order{kSummary, std::string(study.name) + "_plants"};
   for (const StudyPart& part : study.parts) {

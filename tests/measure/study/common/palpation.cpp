@@ -27,7 +27,7 @@ constexpr double kFrictionLimitS = 90.0;
 constexpr double kDeepForceN = 12.0;      // what a firm hand reaches
 constexpr double kPublishedForceN = 6.0;  // D Fig. 4.12
 
-/// As the service does it: what the identification asks for, and what it makes of it.
+/// Identifies as the service does: what the identification asks for, and what it makes of it.
 template <class Identification, class Task>
 rt::IdentifiedModel by_session(const Task& task, const std::string& object, double limit_s) {
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");

@@ -19,10 +19,10 @@ struct IdentificationResult {
 /// Does what `identify contact` and `identify friction` request, on the high-force device with its finer
 /// encoders, and puts together what they find as the service does. Only encoders and sensor are read, never
 /// the truth; no force is rendered meanwhile. Minutes of virtual time, seconds of real. Throws
-/// std::runtime_error where an identification fails.
+/// std::runtime_error if an identification fails.
 IdentificationResult identify(const std::string& object);
 
-/// The model of server/model/shipped. Throws std::runtime_error where there is none.
+/// Model of server/model/shipped. Throws std::runtime_error if there is none.
 rt::ObjectModel shipped_model(const std::string& object);
 
 }  // namespace hapticd::study

@@ -30,11 +30,11 @@ class OnPlant {
 /// A simulated rig with objects of that family; every study makes its rigs here.
 hal::Result<std::unique_ptr<sim::SimulatedRig>> create_rig(sim::SimulationConfig config);
 
-/// report::add_work_precision(). Defaults were chosen on the separable family: where one is beaten on the
-/// other, that is a finding, and the sentence on it says so.
+/// report::add_work_precision(). Defaults were chosen on the separable family: if one is beaten on the other,
+/// that is a finding, and the sentence on it says so.
 void add_stage(report::Report& report, report::WorkPrecision stage);
 
-/// What a file's name ends in, so that both families' stand side by side: "" or "_general".
+/// Suffix of a file's name, so that both families' files can be in one folder: "" or "_general".
 std::string plant_suffix(sim::Plant plant);
 
 }  // namespace hapticd::study

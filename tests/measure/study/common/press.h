@@ -14,7 +14,7 @@ namespace hapticd::study {
 struct PressTask {
   sim::SimulationConfig rig{};
   rt::SceneSpec scene{};
-  const rt::ObjectModel* model = nullptr;  ///< of the object, where the scene needs one
+  const rt::ObjectModel* model = nullptr;  ///< of the object, if the scene needs one
   sim::HandProgram hand{};
   double judged_from_s = 2.0;  ///< after the force has been built up
   double judged_to_s = 3.0;
@@ -35,7 +35,7 @@ class PressJudge {
  public:
   explicit PressJudge(const PressTask& task)
       : from_s_(task.load_s() + task.judged_from_s), to_s_(task.load_s() + task.judged_to_s) {}
-  /// In the order of time.
+  /// Takes a sample, in the order of time.
   void take(double time_s, const hal::TruthSample& truth);
 
   bool touched() const noexcept { return touched_s_ >= 0.0; }
@@ -69,7 +69,7 @@ struct PressOutcome {
   std::vector<PressPoint> points;
 };
 
-/// On the simulated rig in virtual time.
+/// Presses on the simulated rig in virtual time.
 PressOutcome press_direct(const PressTask& task);
 /// Through the scripted board and its two drivers, in virtual time.
 PressOutcome press_on_board(const PressTask& task);
@@ -90,7 +90,7 @@ struct LivePress {
 
 inline constexpr double kStallMs = 20.0;
 
-/// Live over box, vendor's library and their drivers; at most three times, where the machine stalled.
+/// Live over box, vendor's library and their drivers; at most three times, if the machine stalled.
 LivePress press_emulated(const PressTask& task);
 
 }  // namespace hapticd::study

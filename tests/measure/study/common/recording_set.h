@@ -25,7 +25,7 @@ std::string no_recordings_reason();
 /// The sets of pressing motions with position and force.
 const std::vector<std::string>& press_sets();
 
-/// All recordings of one of the press sets below `folder`, by name; empty where there are none.
+/// Recordings of one of the press sets below `folder`, by name; empty if there are none.
 std::vector<RecordingEntry> recordings_of(const std::filesystem::path& folder, const std::string& set);
 
 }  // namespace hapticd::study

@@ -26,8 +26,8 @@ void run_recordings(StudyContext& context);
 /// compensation.
 void run_rendered_stiffness(StudyContext& context);
 
-/// The same live over the emulated real transports and, in virtual time, through the emulated board, side by
-/// side with the direct rig: in one dimension and in three.
+/// Runs the stiffness study live over the emulated real transports and, in virtual time, through the emulated
+/// board, next to the direct rig: in one dimension and in three.
 void run_transported_stiffness(StudyContext& context);
 
 /// False alarms in free motion and delay of detection.

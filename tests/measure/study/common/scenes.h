@@ -41,7 +41,7 @@ inline sim::HandProgram judged_strokes(double force_n, double speed_mm_per_s) {
   return hand;
 }
 
-/// When they are over, approach and retreat included.
+/// Time at which they are over, approach and retreat included.
 inline double judged_strokes_end_s(const sim::HandProgram& hand) {
   constexpr double kPeakOverMean = 1.875;  // of a minimum-jerk motion
   return 4.5 + kPeakOverMean * (hand.force_n / hand.force_rate_n_per_s +

@@ -17,9 +17,9 @@ struct SessionResult {
 };
 
 /// Does what the identification requests on a simulated rig in virtual time until it has converged, wants
-/// nothing more, or `limit_s` is over. No force is rendered but what a request asks for. `watch`, where
-/// given, sees every observation with the truth behind it, e.g. to keep a recording for other methods. Throws
-/// std::runtime_error where the rig cannot be made.
+/// nothing more, or `limit_s` is over. No force is rendered but what a request asks for. `watch`, if given,
+/// sees every observation with the truth behind it, e.g. to keep a recording for other methods. Throws
+/// std::runtime_error if the rig cannot be made.
 SessionResult run_session(
     identification::Identification& identification, const sim::SimulationConfig& rig, double limit_s,
     const std::function<void(const rt::Observation&, const hal::TruthSample&)>& watch = {});

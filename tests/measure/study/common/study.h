@@ -29,7 +29,7 @@ struct StudyPart {
   void (*run)(StudyContext& context);
   PlantUse plants = PlantUse::kBoth;
   /// All its measuring is done in cells, so that shards can share it: `--shard i/n` runs such parts only, and
-  /// they end where Cells::values() gives none.
+  /// they end if Cells::values() gives none.
   bool in_cells = false;
 };
 

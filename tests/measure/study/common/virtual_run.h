@@ -16,8 +16,8 @@ namespace hapticd::study {
 /// without threads or network.
 class VirtualRun {
  public:
-  /// Throws std::runtime_error with the full complaint where rig or scene are refused. A scene is loaded
-  /// unless `with_scene` is false (bare object, no force). `model`: of the object, where the scene needs one.
+  /// Throws std::runtime_error with the full complaint if rig or scene are refused. A scene is loaded unless
+  /// `with_scene` is false (bare object, no force). `model`: of the object, if the scene needs one.
   VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, bool with_scene = true,
              const rt::ObjectModel* model = nullptr);
   ~VirtualRun();

@@ -97,7 +97,7 @@ def with_identified_tumours(experiment: Experiment, out: Path, folder: Path) -> 
 
 
 def identify_phantom(daemon: Daemon) -> None:
-    """Its contact law, as the scenes need it."""
+    """Contact law of the object, as the scenes need it."""
     with hapticd.connect(daemon.address) as rig, rig.lease("study"):
         rig.set_object("phantom")
         rig.start_identification(contact={}, object="phantom", adopt=True)
@@ -116,7 +116,7 @@ class Cost(NamedTuple):
 
 
 def core_s() -> float:
-    """Of all programs that were started here and have ended."""
+    """Usage of all programs that were started here and have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
@@ -140,8 +140,8 @@ def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> t
             done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "HAPTICD_SERVER": daemon.address})
             if done.returncode == 0:
                 return
-            # A machine that stood still looks like a loop that has stopped: the table's interlock ends the session, as it
-            # should. What an experimenter does then: clear, and resume.
+            # A machine that was held up looks like a loop that has stopped: the table's interlock ends the session, as
+            # it should. What an experimenter does then: clear, and resume.
             said = done.stdout + done.stderr
             resumed.append(number)
             time.sleep(1.0)

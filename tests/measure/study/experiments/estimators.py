@@ -36,7 +36,7 @@ class Observed(NamedTuple):
     """One observer."""
 
     error: float
-    published_error: float  #: NaN where the protocol's own estimator is the likelihood
+    published_error: float  #: NaN if the protocol's own estimator is the likelihood
     is_held: bool
 
 
@@ -66,7 +66,7 @@ def summary(observed: Sequence[Observed]) -> Result:
 
 
 def settings_of(name: str) -> tuple[dict[str, Any], float]:
-    """Those of a shipped protocol, and the level at which its first staircase starts, over the reference."""
+    """Steps of a shipped protocol, and the level at which its first staircase starts, over the reference."""
     chosen = protocol.read(name)
     settings = dict(chosen.procedure)
     condition = chosen.conditions[0]

@@ -17,7 +17,7 @@ SEED = 5
 
 
 def run(path: Path, chosen: protocol.Protocol, kill_after: int = 0) -> None:
-    """In a process of its own; kill_after: events, 0: to the end."""
+    """Runs in a separate process; kill_after: events, 0: to the end."""
     child = os.fork()
     if child:
         os.waitpid(child, 0)

@@ -42,7 +42,7 @@ class Output:
         self, name: str, value: float, conditions: Mapping[str, Any] = {}, *, unit: str = "1", goal: Optional[float] = None,
         reference: Optional[float] = None, source: str = "", failed: str = "",
     ) -> None:  # fmt: skip
-        """As figure_writer.h has it: a value that is none needs a reason."""
+        """Record as figure_writer.h has it: a missing value needs a reason."""
         record = {
             "figure": name, "case": dict(conditions), "value": None, "unit": unit, "goal": goal, "reference": reference,
             "source": source or None,

@@ -11,7 +11,7 @@ import hapticd
 import study_output
 from daemon import Daemon
 
-#: Of some 60 columns.
+#: Groups with some 60 columns.
 GROUPS = ["sample", "contact", "deformation", "control", "truth"]
 
 

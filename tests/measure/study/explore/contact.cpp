@@ -108,7 +108,7 @@ double largest_of(const std::vector<double>& values) {
   return values.empty() ? std::nan("") : *std::max_element(values.begin(), values.end());
 }
 
-/// Smallest threshold without an alarm; the last one where all alarm.
+/// Smallest threshold without an alarm; the last one if all alarm.
 double quiet_threshold(const std::vector<double>& thresholds_n, const std::vector<std::uint32_t>& alarms) {
   std::size_t i = thresholds_n.size();
   while (i > 0 && alarms[i - 1] == 0) --i;

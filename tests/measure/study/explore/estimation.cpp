@@ -63,7 +63,7 @@ struct Moment {
   bool touches;
   double displacement_mm, sliding_mm_per_s;
   hal::Vector3 tip_mm;
-  std::vector<double> angle_deg, estimate_mm;  ///< per estimator; NaN where it sees no contact
+  std::vector<double> angle_deg, estimate_mm;  ///< per estimator; NaN if it sees no contact
 };
 
 std::vector<Moment> watch_strokes(const sim::SimulationConfig& rig, const sim::HandProgram& hand,

@@ -177,7 +177,7 @@ TEST_P(Explored, ShippedScenesHoldDirectionAndDisplacementThroughStrokesAndTheir
   }
 }
 
-/// Swing of the stroking tip under a scene at a target; infinite where the guard ended an oscillation.
+/// Swing of the stroking tip under a scene at a target; infinite if the guard ended an oscillation.
 double swing_mm(const std::string& object, rt::SceneSpec scene, const rt::ObjectModel& model, double target) {
   scene.target = rt::linear_target(target);
   VirtualRun run(explore_rig("phantom_1_5_high_force", object, "ball_bearing"), scene, true, &model);

@@ -21,7 +21,7 @@ struct Press {
   std::vector<double> depth_mm, force_n;  ///< while pressing and letting go
 };
 
-/// Presses with 4 N and holds; then, in a run of its own, strokes.
+/// Presses with 4 N and holds; then, in a separate run, strokes.
 Press press(const std::string& object, const rt::SceneSpec& scene, const rt::ObjectModel& model) {
   const sim::SimulationConfig rig = explore_rig("phantom_1_5_high_force", object, "ball_bearing");
   Press result;

@@ -53,7 +53,7 @@ double undisturbed_swing_mm(const sim::SimulationConfig& rig, const rt::SceneSpe
   return judge.swing_mm();
 }
 
-/// From `first` up, each target `step_ratio` times the one before.
+/// Sweeps from `first` up, each target `step_ratio` times the one before.
 Limit sweep_from(double first, double step_ratio, const sim::SimulationConfig& rig, rt::SceneSpec scene,
                  const rt::ObjectModel& model) {
   const double allowed_mm = StrokeJudge::kLimitCycleMm + 2.0 * undisturbed_swing_mm(rig, scene, model);
@@ -87,8 +87,8 @@ Limit sweep_from(double first, double step_ratio, const sim::SimulationConfig& r
   return limit;
 }
 
-/// As D§4.6.2 did, up and down: from half the object's own stiffness, where (3.8) allows both devices 3 N,
-/// and from harder targets, in case the soft end is what fails. The largest counts.
+/// Sweeps up and down, as D§4.6.2 did: from half the object's own stiffness, where (3.8) allows both devices
+/// 3 N, and from harder targets, in case the soft end is what fails. The largest counts.
 Limit sweep(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, const rt::ObjectModel& model,
             bool quick) {
   const double object = sim::object_preset(rig.object)->material.stiffness_at_4n_n_per_mm;

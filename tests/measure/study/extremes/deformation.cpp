@@ -52,7 +52,7 @@ double inverse_round_trip(const Effort&) {
   return largest.value();
 }
 
-/// Below 1 mN the inverse goes straight to zero: never more than the law itself gives at 1 mN, and rising.
+/// Inverse below 1 mN goes straight to zero: never more than the law itself gives at 1 mN, and rising.
 double inverse_at_nothing(const Effort&) {
   Largest largest;
   for_all_laws([&](const rt::HuntCrossleyParameters& law) {
@@ -95,7 +95,7 @@ rt::CreepParameters creep_of(double stiffness_n_per_mm, double exponent) {
   return creep;
 }
 
-/// Over Ψ of the largest force so far: whatever the past was, the law does not leave it.
+/// Creep over Ψ of the largest force so far: whatever the past was, the law does not leave it.
 double creep_within_past(const Effort& effort) {
   Largest largest;
   for (const double stiffness : {1e-4, 1.0, 1e3}) {
@@ -216,7 +216,7 @@ double stays_a_unit(const Effort& effort, const Make& make) {
   return largest.value();
 }
 
-/// Over an edge of 90°: angle to the true normal 30 mm later, the friction of the new side fully built up.
+/// Angle to the true normal 30 mm after an edge of 90°, the friction of the new side fully built up.
 double after_ridge(const Effort&) {
   rt::TrackedDirection direction(kRod, kNoiseN, kRateHz);
   hal::Vector3 z;

@@ -23,13 +23,13 @@ struct Extreme {
   std::string extreme;   ///< what is done to it
   std::string measured;  ///< what `measure` returns
   std::string unit;
-  double bound = 0.0;   ///< holds where the value is no larger
+  double bound = 0.0;   ///< holds if the value is no larger
   std::string because;  ///< what the bound follows from
   /// Depends on nothing but the effort; what is not finite has failed. Called from several threads.
   std::function<double(const Effort&)> measure;
 };
 
-/// Those of one folder of rt/ or hal/.
+/// Extremes of one folder of rt/ or hal/.
 struct ExtremeGroup {
   std::string name;
   std::string title;

@@ -16,7 +16,7 @@ namespace hapticd::study::extremes {
 rt::SceneSpec tap_scene();
 
 /// A composed scene behind the guard, fed with samples from outside instead of by a rig. On the high-force
-/// device. Throws std::runtime_error where the scene is refused.
+/// device. Throws std::runtime_error if the scene is refused.
 class FedScene {
  public:
   FedScene(const rt::SceneSpec& scene, const rt::ObjectModel* model);

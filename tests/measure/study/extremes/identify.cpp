@@ -109,7 +109,8 @@ double projection_ill_conditioned(const Effort&) {
   });
 }
 
-/// The same depth for ten hours: nothing distinguishes exponent from stiffness, and nothing may be claimed.
+/// Holds the same depth for ten hours: nothing distinguishes exponent from stiffness, and nothing may be
+/// claimed.
 double single_held(const Effort& effort) {
   identification::SingleStageEstimator estimator;
   const long ticks = effort.ticks(10.0);

@@ -7,11 +7,11 @@
 
 namespace hapticd::study::extremes {
 
-/// What a recursive estimator knows, and how well its algebra stands, while nothing happens for ten hours.
+/// Information of a recursive estimator, and how well its algebra holds, while nothing happens for ten hours.
 struct InformationCourse {
   const char* name = "";
   std::vector<double> variance_share;       ///< largest element of its covariance over where that began
-  std::vector<double> smallest_eigenvalue;  ///< of the covariance; empty where it is not reported
+  std::vector<double> smallest_eigenvalue;  ///< of the covariance; empty if it is not reported
   std::vector<double> condition;            ///< largest over smallest magnitude of its eigenvalues
   std::vector<double> error;                ///< of the displacement or direction it gives
   double error_afterwards = 0.0;            ///< when something happened again for 20 s
@@ -22,8 +22,7 @@ struct Information {
   std::vector<InformationCourse> courses;
 };
 
-/// A palpation of 20 s, ten hours of holding still, another palpation. None where shards compute it
-/// elsewhere.
+/// A palpation of 20 s, ten hours of holding still, another palpation. None if shards compute it elsewhere.
 std::optional<Information> information_over_time(StudyContext& context);
 
 void show_information(StudyContext& context, const Information& information);

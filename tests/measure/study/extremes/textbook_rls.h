@@ -11,9 +11,9 @@ namespace hapticd::study::extremes {
 ///
 ///   L = P φ/(λ + φᵀ P φ),  θ ← θ + L (y - φᵀ θ),  P ← (P - L φᵀ P)/λ.
 ///
-/// Its covariance grows by 1/λ a sample in every direction that the data do not excite (wind-up), until the
-/// update's rounding costs it symmetry and definiteness. hapticd does not use it: here to be seen next to
-/// what it does use.
+/// Recursive least squares of the textbook: its covariance grows by 1/λ a sample in every direction that the
+/// data do not excite (wind-up), until the update's rounding costs it symmetry and definiteness. hapticd does
+/// not use it: here to be seen next to what it does use.
 class TextbookRls {
  public:
   static constexpr std::size_t kSize = 3;

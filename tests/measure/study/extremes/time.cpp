@@ -125,7 +125,7 @@ double days_to_2_53() {
 }
 
 double nanoseconds_in_double(const Effort&) {
-  // Every nanosecond is still a double of its own: the last of the 100 days.
+  // Every nanosecond is still a separate double: the last of the 100 days.
   Largest largest;
   for (std::int64_t i = 0; i < 1'000'000; ++i) {
     const std::int64_t time_ns = kHundredDaysNs - i;

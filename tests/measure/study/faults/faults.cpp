@@ -25,7 +25,7 @@ struct Attempted {
   FaultTrial trial;
   int attempts = 0;
   std::optional<std::uint64_t>
-      ages_passed_on_as_young{};  ///< ticks of the last attempt; none where no rig does that
+      ages_passed_on_as_young{};  ///< ticks of the last attempt; none if no rig does that
 };
 
 const char* to_text(rt::GuardState state) {
@@ -177,7 +177,7 @@ class FaultReport {
   }
 
  private:
-  /// Of those that are plotted.
+  /// Label of those that are plotted.
   static const char* label_of(const std::string& name) {
     if (name == "silence") return "sensor silent";
     if (name == "unplugged") return "device unplugged";

@@ -45,7 +45,7 @@ FittedLaw fit_recursively(Estimator estimator,
   return estimate ? FittedLaw{estimate->parameters, {}, {}} : FittedLaw{{}, {}, "not determined"};
 }
 
-/// Of a law that was found.
+/// Errors of a law that was found.
 ContactErrors errors_of(const FittedLaw& fitted, const TruePalpation& palpation);
 
 /// What a default identification of an object asks for and gets, until it has converged, at most a minute.

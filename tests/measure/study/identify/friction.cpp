@@ -144,7 +144,7 @@ void add_rendered(StudyContext& context, const std::string& object, const Identi
   table.add_row(row);
 }
 
-/// Of the dissertation's rod (D§4.4.1).
+/// Error of the dissertation's rod (D§4.4.1).
 double published_error(const std::string& object) {
   if (object == "sponge_cut") return 0.08;
   if (object == "foam_ball_3d") return 0.07;

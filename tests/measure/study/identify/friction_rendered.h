@@ -16,7 +16,7 @@ struct RenderedFriction {
 /// Two strokes of the rod back and forth with 4 N and up to 90 mm/s, the tool swaying, on the family of
 /// objects under way, without device force: the tracked direction of an explore scene, from sensor and
 /// encoders, with this friction, against the simulator's own. Turns included, from 0.2 s after each onset on,
-/// above 0.5 N. Another seed than the identification's. Throws std::runtime_error where nothing was touched.
+/// above 0.5 N. Another seed than the identification's. Throws std::runtime_error if nothing was touched.
 RenderedFriction rendered_friction(const std::string& object, const rt::FrictionParameters& friction);
 
 }  // namespace hapticd::study

@@ -50,7 +50,7 @@ std::vector<FrictionInstant> validation_strokes(const std::string& object, const
       motion.update(sample.tip_position_mm, sample.time_ns);
       const hal::Vector3 step_mm = sample.tip_position_mm - last_mm;
       last_mm = sample.tip_position_mm;
-      // The way into the first stroke and out of the last is no stroke.
+      // The way into the first stroke and out of the last does not belong to a stroke.
       if (std::abs(sample.tip_position_mm.x) > 0.4 * length_mm) stroking = true;
       if (!truth.in_contact || truth.normal_force_n < 0.2) stroking = false;
       if (!stroking) continue;

@@ -36,8 +36,8 @@ struct FrictionJudgement {
   double sliding_error = 0.0;  ///< as `error`, beyond 3 mm after each turn and above 10 mm/s
   std::vector<double> predicted_n;
 };
-/// By Dahl's law in its exact form; the ball bearing's too, over its own short way of 0.05 mm. By
-/// Maxwell-slip elements where the parameters have them.
+/// Judges by Dahl's law in its exact form; the ball bearing's too, over its own short way of 0.05 mm. By
+/// Maxwell-slip elements if the parameters have them.
 FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
                                  const rt::FrictionParameters& parameters);
 

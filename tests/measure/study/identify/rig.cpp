@@ -45,8 +45,8 @@ double deviation_of(const identification::IdentificationProgress& progress, cons
 
 // ---- structural stiffness ----
 
-// Devices whose compliance varies by some 15 % either way over the workspace, and by 35 %. Which is the case
-// no one published; the truth is an exponential, the model a polynomial of second degree.
+// Devices whose compliance varies by some 15 % either way over the workspace, and by 35 %. The real case is
+// not published; the truth is an exponential, the model a polynomial of second degree.
 struct Field {
   const char* name;
   hal::Vector3 gradient;

@@ -122,7 +122,7 @@ Kind tool() {
           {"mass_g"}};
 }
 
-/// By how much other free motion, on the direct rig, exceeds it.
+/// Ratio by which other free motion, on the direct rig, exceeds it.
 Kind threshold(bool quick) {
   sim::SimulationConfig simulation;
   simulation.device = kLightDevice;

@@ -19,7 +19,7 @@ struct Cause {
   const char* name;
   const char* in_words;
   std::function<void(LoadingTrial&)> switch_off;
-  bool with_others = true;  ///< taken out where all are at once; a light device would swing by itself
+  bool with_others = true;  ///< taken out if all are at once; a light device would swing by itself
 };
 
 /// A device without mass would have no structural mode: a fiftieth of it, as stiff as before.

@@ -19,7 +19,7 @@ struct LoadingCase {
   LoadingTrial trial(double rate_n_per_s) const;
 };
 
-/// Both devices, one and three dimensions, the objects of D§3 and of D§4 at two targets; few of them where
+/// Both devices, one and three dimensions, the objects of D§3 and of D§4 at two targets; few of them if
 /// `quick`.
 std::vector<LoadingCase> loading_cases(bool quick);
 
@@ -33,7 +33,8 @@ void leave_uncompensated(rt::SceneSpec& scene);
 /// Error of the force at the hand while it presses with 2, 10 and 30 N/s, and while it holds.
 void run_loading_error(StudyContext& context);
 
-/// Which part of that error each cause makes: each is switched off in the simulated rig, one at a time.
+/// Computes the part of that error that each cause makes: each is switched off in the simulated rig, one at a
+/// time.
 void run_loading_budget(StudyContext& context);
 
 }  // namespace hapticd::study

@@ -14,7 +14,7 @@ namespace hapticd::study {
 struct LoadingTrial {
   sim::SimulationConfig rig{};
   rt::SceneSpec scene{};
-  std::optional<rt::ObjectModel> model{};  ///< of the object, where the scene needs one
+  std::optional<rt::ObjectModel> model{};  ///< of the object, if the scene needs one
   double target_n_per_mm = 0.0;
   double force_n = 2.0;               ///< of the hand, when the target is rendered exactly
   double rate_n_per_s = 10.0;         ///< largest rate at which that force builds up

@@ -17,8 +17,8 @@ struct OnsetOutcome {
 
 /// The hand comes from the air along a minimum-jerk course that meets the surface with `speed_mm_per_s`, its
 /// highest speed, and goes on as deep as it came. Force and displacement are the simulation's truth; the
-/// hand's own acceleration is no part of the slope: it is taken over where the hand moves with half of its
-/// speed at least.
+/// hand's own acceleration does not belong to the slope: it is taken over where the hand moves with half of
+/// its speed at least.
 OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s);
 
 /// Force, depth and slope with which contacts begin to be felt, on all objects, devices and speeds.

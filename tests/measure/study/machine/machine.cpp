@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::chrono::minutes kMax{15};
 
-/// `hapticd_bench NAME` into a folder of its own, then taken over.
+/// Runs `hapticd_bench NAME` into a separate folder, then takes it over.
 void take_from_bench(StudyContext& context, const std::string& name) {
   const auto bench = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "hapticd_bench";
   const auto folder = context.report.folder() / ("bench_" + name);

@@ -18,7 +18,7 @@ report::Figure friction_figure(const char* name, const FrictionTrial& trial, con
   return {name, {{"object", trial.object}, {"scale", target}, {"force_n", fixed(trial.force_n, 0)}}};
 }
 
-/// Why an outcome is none of the target's; empty where it is.
+/// Why an outcome is none of the target's; empty if it is.
 std::string failure(const FrictionOutcome& outcome, bool more) {
   constexpr double kBoundedShare = 0.5;
   if (!outcome.failed.empty()) return outcome.failed;

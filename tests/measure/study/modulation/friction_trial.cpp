@@ -33,8 +33,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Path between the crossings of -half and +half of `level` by a force that turns over; negative where it
-/// does not. `rises`: from - to +.
+/// Path between the crossings of -half and +half of `level` by a force that turns over; negative if it does
+/// not. `rises`: from - to +.
 double turn_over_mm(const std::vector<Stroked>& log, std::size_t from, double level, bool rises,
                     double Stroked::*force) {
   const double sign = rises ? 1.0 : -1.0;

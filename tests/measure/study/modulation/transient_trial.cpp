@@ -18,7 +18,7 @@ namespace {
 constexpr double kBeforeS = 0.02;
 constexpr double kAfterS = 0.15;
 
-/// Residual of the best amplitude and phase, relative; the amplitude where asked for.
+/// Residual of the best amplitude and phase, relative; the amplitude if asked for.
 double residual_of(const std::vector<double>& values, double rate_hz, double frequency_hz, double decay_per_s,
                    double* amplitude) {
   const rt::SmoothMode mode = rt::smooth_mode(frequency_hz, decay_per_s);

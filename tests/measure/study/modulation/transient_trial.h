@@ -19,7 +19,7 @@ struct TransientTrial {
   double speed_mm_per_s = 200.0;
 };
 
-/// At each tick, from 20 ms before the true contact to 150 ms after it.
+/// Log of each tick, from 20 ms before the true contact to 150 ms after it.
 struct TapLog {
   double rate_hz = 0.0;
   std::size_t contact = 0;                    ///< index of the first tick in true contact
@@ -32,7 +32,7 @@ struct TapLog {
   double estimated_mm_per_s = 0.0;
   std::string failed;
 
-  /// From true contact to the first force of the transient in the command; negative: there was none.
+  /// Time from true contact to the first force of the transient in the command; negative: there was none.
   double onset_ms() const;
   /// Largest rise of a force within 20 ms over the speed of the impact.
   double rate_hardness_n_per_mm(const std::vector<double>& force_n) const;

@@ -161,7 +161,7 @@ struct SlipStep {
 struct FrictionError {
   double left = 0.0, whole = 0.0;
   double value() const { return left / whole; }
-  /// Ten times what is to be predicted is no prediction.
+  /// Ten times what is to be predicted is not a prediction.
   bool diverges() const { return !(value() < 10.0); }
 };
 

@@ -25,7 +25,7 @@ class LogLeastSquares {
     ++samples_;
   }
 
-  /// None where the samples do not determine the parameters apart.
+  /// Estimate; none if the samples do not determine the parameters apart.
   std::optional<identification::HuntCrossleyEstimate> estimate() const {
     if (!(normal_.diagonal().minCoeff() > 0.0)) return std::nullopt;
     const Eigen::Vector3d scale = normal_.diagonal().cwiseSqrt().cwiseInverse();

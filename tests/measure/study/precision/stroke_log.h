@@ -25,7 +25,7 @@ struct StrokeTick {
   hal::Vector3 normal;
   double normal_n = 0.0;
   double rate_mm_per_s = 0.0;
-  /// Displacement by each pipeline that watched; NaN where it saw no contact.
+  /// Displacement by each pipeline that watched; NaN if it saw no contact.
   std::vector<double> estimate_mm{};
 };
 

@@ -26,7 +26,7 @@ constexpr std::array<Method, 4> kMethods{
 constexpr double kDegPerRad = 57.29577951308232;
 constexpr const char* kSource = "services around the loop: visual systems";
 
-/// Of one arm by one method.
+/// Outcome of one arm by one method.
 struct Outcome {
   TargetErrors errors;
   double latency_error_ms = 0.0;

@@ -65,7 +65,7 @@ TEST(RenderedStiffnessUncompensated, MissesByWhatTheStructureBends) {
 }
 
 TEST(RenderedStability, ABareWeightComesToRestOnASoftTarget) {
-  // It has no damping of its own, so the compensations must leave it some.
+  // It has no damping, so the compensations must leave it some.
   for (const std::string object : {"foam_ball", "rubber_ball"}) {
     sim::SimulationConfig rig;
     rig.object = object;

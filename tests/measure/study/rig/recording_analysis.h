@@ -9,7 +9,7 @@
 
 namespace hapticd::study {
 
-/// Where the stiffnesses are read off: reaction force while loading.
+/// Force at which the stiffnesses are read off: reaction force while loading.
 inline constexpr double kReadOffForceN = 1.0;
 
 /// What the scene made of a recording the first time the force rose to kReadOffForceN.
@@ -30,7 +30,7 @@ struct RecordingAnalysis {
   int contacts_to_peak = 0;              ///< of these, declared before the largest reaction
   std::optional<double> contact_time_s;  ///< of the first contact
   double contact_force_n = 0.0;          ///< reaction in the tick that declared it
-  std::optional<LoadingPoint> loading;   ///< none where kReadOffForceN is not reached
+  std::optional<LoadingPoint> loading;   ///< none if kReadOffForceN is not reached
   std::string fault;                     ///< why the guard latched, if it did
   /// The loading for drawing, from contact to peak, a point every tenth of a second.
   std::vector<double> displacement_mm;

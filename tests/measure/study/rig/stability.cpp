@@ -43,7 +43,7 @@ class Watch {
                                                                              : "the guard latches";
       }
       if (on_object_ && !run_.truth().in_contact) return "bounces off";
-      // Resting on the object without being rendered is no stability of the rendering.
+      // Resting on the object without being rendered does not count as stability of the rendering.
       if (on_object_ && !run_.record().in_contact) return "contact is lost to the detector";
     }
     // Only now: what the last step set off has had its time to die away.
@@ -82,9 +82,9 @@ sim::HandProgram knocked_weight() {
   return hand;
 }
 
-/// The passive weight of D§3.3.2: lowered onto the object, then the target is raised. Where it bounces while
-/// it is being lowered, it is lowered onto a softer target instead. `compensated`: structure. `damped`:
-/// without the compensations that take damping away, the reaction's lead and the device's dry friction.
+/// The passive weight of D§3.3.2: lowered onto the object, then the target is raised. If it bounces while it
+/// is being lowered, it is lowered onto a softer target instead. `compensated`: structure. `damped`: without
+/// the compensations that take damping away, the reaction's lead and the device's dry friction.
 Limit object_limit(const sim::SimulationConfig& rig, bool compensated, bool damped = false) {
   const double object = sim::object_preset(rig.object)->material.stiffness_at_4n_n_per_mm;
   const double structural = sim::device_preset(rig.device)->structural_stiffness_n_per_mm;
@@ -106,8 +106,8 @@ Limit object_limit(const sim::SimulationConfig& rig, bool compensated, bool damp
   return limit;
 }
 
-/// A hand that presses 4 N on a virtual wall, with the same knocks: a wall has no damping of its own, so that
-/// a bare weight would bounce on it for ever.
+/// A hand that presses 4 N on a virtual wall, with the same knocks: a wall has no damping, so that a bare
+/// weight would bounce on it for ever.
 Limit wall_limit(const sim::SimulationConfig& rig, rt::ControlLaw law) {
   constexpr double kSoftWall = 0.3;
   rt::SceneSpec scene;

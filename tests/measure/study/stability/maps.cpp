@@ -28,7 +28,7 @@ using report::significant;
 constexpr const char* kTapped = "rubber_eraser";
 constexpr const char* kExplored = "rubber_ball_3d";
 constexpr double kStiffestTarget = 1000.0;  // that a scene takes
-constexpr double kPlainEnd = 60.0;          // of a search, where the device is taken as rigid
+constexpr double kPlainEnd = 60.0;          // of a search, if the device is taken as rigid
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<std::string>& devices() {
@@ -59,7 +59,7 @@ struct Variant {
 StabilityTrial scaled_tap(const std::string& device, double k, bool compensated, double rate_hz = 1000.0) {
   StabilityTrial trial = tap_trial(device, scaled_object(kTapped, k), rate_hz);
   trial.scene.structural_compensation = compensated;
-  // What the simulated device takes to act is a tick of its loop, where that is faster than 1 kHz.
+  // What the simulated device takes to act is a tick of its loop, if that is faster than 1 kHz.
   trial.rig.custom_device->command_latency_s = std::min(1e-3, 1.0 / rate_hz);
   return trial;
 }
@@ -123,14 +123,14 @@ const std::vector<Variant>& variants() {
   return all;
 }
 
-/// How far the search goes: to what can be compensated where the target is solved for, else well beyond the
+/// How far the search goes: to what can be compensated if the target is solved for, else well beyond the
 /// object.
 double search_end(const StabilityTrial& trial) {
   return std::min(
       {compensable_n_per_mm(trial), kStiffestTarget, std::max(kPlainEnd, 4.0 * trial.object_n_per_mm())});
 }
 
-/// Empty where no feasible target is granted.
+/// Cell of a boundary; empty if no feasible target is granted.
 std::vector<double> boundary_cell(const StabilityTrial& trial, double octaves) {
   const double floor = softest_feasible_n_per_mm(trial);
   const double end = search_end(trial);
@@ -389,7 +389,7 @@ void add_boundary_table(StudyContext& context, const Boundaries& found) {
           kTrialInWords);
 }
 
-/// Curves of some variants; an interrupted line is no stable target, or none that is feasible.
+/// Curves of some variants; in a gap of the line no target is stable, or none is feasible.
 std::vector<report::PlotSeries> curves(const Boundaries& found, std::size_t device,
                                        const std::vector<std::pair<std::string, std::string>>& wanted) {
   std::vector<report::PlotSeries> all;

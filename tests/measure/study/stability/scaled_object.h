@@ -18,7 +18,7 @@ inline constexpr double kViscosityExponent = 0.6;
 /// radius. Throws std::invalid_argument for an unknown preset.
 sim::ObjectModel scaled_object(const std::string& preset, double stiffness_n_per_mm);
 
-/// The same for what was identified of the preset: displacements of its creep law s-fold smaller. Only that
+/// Model that was identified of the preset, scaled: displacements of its creep law s-fold smaller. Only that
 /// law is kept.
 rt::ObjectModel scaled_model(const rt::ObjectModel& identified, const std::string& preset,
                              double stiffness_n_per_mm);

@@ -86,7 +86,7 @@ struct Loop {
   }
 };
 
-/// Where the shipped compensation leaves room for a boundary below what it grants, and without it.
+/// Loops in which the shipped compensation leaves room for a boundary below what it grants, and without it.
 const std::vector<Loop>& loops() {
   static const std::vector<Loop> all{
       {"phantom_1_0", true}, {"phantom_1_0", false}, {"phantom_1_5_high_force", false}};
@@ -146,7 +146,7 @@ void run_stability_sensitivity(StudyContext& context) {
   for (const Parameter& parameter : parameters()) {
     if (!context.quick || parameter.in_quick) used.push_back(&parameter);
   }
-  // Of each loop and object: the nominal, then lower and upper value of each parameter.
+  // Order for each loop and object: the nominal, then lower and upper value of each parameter.
   const std::size_t each = 1 + 2 * used.size();
   const std::size_t objects = context.quick ? 1 : kObjects.size();
   const std::size_t of_loop = objects * each;

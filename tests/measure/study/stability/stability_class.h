@@ -57,7 +57,7 @@ class StabilityJudge {
   explicit StabilityJudge(double rate_hz);
   void add(const Tick& tick);
   StabilityClass verdict() const;
-  /// Of the last quarter second.
+  /// Swing of the last quarter second.
   double swing_mm() const { return position_.peak_to_peak(); }
   double swing_n() const { return force_.peak_to_peak(); }
 

@@ -138,9 +138,9 @@ TEST(StabilityTrial, TheSoftestTargetsKeepTheSensorWithinItsRange) {
   EXPECT_FALSE(run_trial(feasible, 1.0).at_full_pull);
 }
 
-// A bare weight has no damping of its own: what the compensations take away of the loop's must leave some,
-// also on the path of the target from soft to nearly the largest that is granted. At that one, 1.0, and at 0.85 N/mm
-// a bare weight swings on by 0.4 and 0.14 mm; a hand damps it.
+// A bare weight has no damping: what the compensations take away of the loop's must leave some, also on the
+// path of the target from soft to nearly the largest that is granted. At that one, 1.0, and at 0.85 N/mm a
+// bare weight swings on by 0.4 and 0.14 mm; a hand damps it.
 TEST(StabilityTrial, AWeightExploringSoftFoamStaysAtRestOnStiffTargets) {
   StabilityTrial trial = explore_trial("phantom_1_0", sim::object_preset("foam_ball_3d").value(),
                                        identified("foam_ball_3d").model);

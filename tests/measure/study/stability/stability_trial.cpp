@@ -166,7 +166,7 @@ double StableRange::margin(double target_n_per_mm) const {
   if (!any()) return 0.0;
   const double to_max = max_n_per_mm / target_n_per_mm;
   const double to_min = target_n_per_mm / min_n_per_mm;
-  // An end that was not found is no limit to what lies within.
+  // An end that was not found does not limit what lies within.
   if (target_n_per_mm >= min_n_per_mm && !min_found) return to_max;
   return std::min(to_max, to_min);
 }

@@ -17,7 +17,7 @@ namespace hapticd::study {
 struct StabilityTrial {
   sim::SimulationConfig rig{};
   rt::SceneSpec scene{};
-  std::optional<rt::ObjectModel> model{};  ///< of the object, where the scene needs one
+  std::optional<rt::ObjectModel> model{};  ///< of the object, if the scene needs one
   bool weight = false;                     ///< the passive 408 g of D§3.3.2 instead of a hand
 
   double grip_stiffness_scale = 1.0;
@@ -30,7 +30,7 @@ struct StabilityTrial {
 };
 
 inline constexpr double kPressN = 4.0;
-/// In one line, for the remarks.
+/// Trial in one line, for the remarks.
 inline constexpr const char* kTrialInWords =
     "Trial: the target is set and a hand presses 4 N within a second (or 408 g are let down on "
     "the object's own stiffness, at most a fifth of the structure's, and the target is raised from there), "
@@ -47,7 +47,7 @@ StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& 
 /// The stiffest target that a client is granted in this scene: the device's largest, and no more than can be
 /// compensated of its structure.
 double granted_n_per_mm(const StabilityTrial& trial);
-/// 0.8 of the structural stiffness, where the target is solved for the device's force; infinite elsewhere.
+/// 0.8 of the structural stiffness, if the target is solved for the device's force; infinite elsewhere.
 double compensable_n_per_mm(const StabilityTrial& trial);
 /// The softest target that (3.8) would leave feasible under 4 N if the device gave all that the sensor, which
 /// feels hand and device together, can measure: softer than what it gives (rt/target/device_reach.h), so that
@@ -82,19 +82,18 @@ struct StableRange {
   StabilityClass at_start = StabilityClass::kStable;
 
   bool any() const { return max_n_per_mm > 0.0; }
-  /// How far a target is from the nearer end of the range, as a factor: 1.5 = half as much again is still
-  /// stable; below 1 it is unstable itself. 0 where nothing is stable.
+  /// Distance of a target from the nearer end of the range, as a factor: 1.5 = half as much again is still
+  /// stable; below 1 it is unstable itself. 0 if nothing is stable.
   double margin(double target_n_per_mm) const;
 };
 
 /// Starts at `start`, raises the target by half until it is unstable or beyond `end`, lowers it likewise to
 /// `floor`, and closes in on the ends to `octaves`
-/// (1/16: 4.5 %). Where the start is unstable, looks below, then above it, for
-/// a target that is not.
+/// (1/16: 4.5 %). If the start is unstable, looks below, then above it, for a target that is not.
 StableRange find_stable_range(const StabilityTrial& trial, double floor, double start, double end,
                               double octaves = 1.0 / 16.0);
 
-/// To and from the values of a cell.
+/// Converts to and from the values of a cell.
 std::vector<double> values_of(const StableRange& range);
 StableRange range_of(const std::vector<double>& values);
 

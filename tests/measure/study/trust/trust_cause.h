@@ -21,7 +21,7 @@ enum class TrustMotion : unsigned char {
 /// One thing that must not make the device push in free air.
 struct TrustCause {
   std::string name;   ///< of the figures, e.g. "late_tick"
-  std::string level;  ///< e.g. "5 ms"; empty where there is only one
+  std::string level;  ///< e.g. "5 ms"; empty if there is only one
   TrustMotion motion = TrustMotion::kWaved;
   double duration_s = 0.0;  ///< at least so long, where it takes time
   bool needs_object = false;
@@ -39,7 +39,7 @@ struct TrustCause {
 /// All of them, grouped by name. Recorded tick intervals are among them where HAPTICD_RECORDINGS is set.
 const std::vector<TrustCause>& trust_causes();
 
-/// Path of a recorded sequence of ticks ("idle", "loaded"); none where there are no recordings.
+/// Path of a recorded sequence of ticks ("idle", "loaded"); none if there are no recordings.
 std::optional<std::string> recorded_ticks(const std::string& name);
 
 }  // namespace hapticd::study

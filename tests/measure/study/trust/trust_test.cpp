@@ -1,4 +1,4 @@
-// Where nothing is touched the device gives no force, whatever a clock, a sensor or an object does.
+// In free air the device gives no force, whatever a clock, a sensor or an object does.
 
 #include <gtest/gtest.h>
 
@@ -118,7 +118,7 @@ TEST(AcceptedSettings, NeverPushInFreeAir) {
   }
 }
 
-/// Their last scene throws the arm, whose swing reads as a load: 0.4 … 19 N before that was known for one.
+/// Searches whose last scene throws the arm: its swing read as a load and let 0.4 … 19 N pass.
 TEST(AcceptedSettings, NeverPushAnArmThatSwings) {
   for (const auto& [seed, scenes] : {std::pair<std::uint64_t, int>{135, 70}, {167, 46}, {170, 41}, {164, 118}}) {
     std::string hardest;

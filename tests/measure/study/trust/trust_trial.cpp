@@ -17,7 +17,7 @@ using Kind = sim::HandProgram::Kind;
 using test::demand;
 using test::value_of;
 
-/// Where nothing is near: the waves' amplitude is 26 mm at most.
+/// Height at which nothing is near: the waves' amplitude is 26 mm at most.
 constexpr double kAirMm = 70.0;
 constexpr double kMotionS = 8.0;
 
@@ -43,7 +43,7 @@ sim::HandProgram waving() {
   return hand;
 }
 
-/// So that the tool, on the spring of the hand, moves with 400 mm/s and 20 m/s².
+/// A motion with which the tool, on the spring of the hand, moves with 400 mm/s and 20 m/s².
 sim::HandProgram darting(std::uint64_t seed) {
   sim::HandProgram hand = resting();
   hand.kind = Kind::kDart;

@@ -13,7 +13,7 @@
 
 namespace hapticd::study {
 
-/// The models that the explore scenes are loaded with; null where a scene needs none.
+/// The models that the explore scenes are loaded with; null if a scene needs none.
 struct TrustModels {
   const rt::ObjectModel* ours = nullptr;
   const rt::ObjectModel* published = nullptr;  ///< what the dissertation's procedure gives

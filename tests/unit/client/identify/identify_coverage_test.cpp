@@ -97,7 +97,7 @@ TEST(IdentifyCoverage, AMapOverOneQuantityHasOneRow) {
   const auto lines = draw_coverage(map, 48, 8, kAscii);
   ASSERT_EQ(lines.size(), 4U);
   EXPECT_EQ(lines[1], "      |[#][#][ ][ ]");
-  // Where the name of the quantity would hide its edges, it is below them.
+  // If the name of the quantity would hide its edges, it is below them.
   const auto narrow = draw_coverage(map, 30, 8, kAscii);
   ASSERT_EQ(narrow.size(), 5U);
   EXPECT_TRUE(narrow[3].starts_with("       0  1  2  3  4")) << narrow[3];

@@ -16,7 +16,7 @@
 namespace hapticd::test {
 
 /// A daemon that only identifies, by a script: what watching shows, when streams break, what is refused. It
-/// listens on a unix socket of its own and can go away and come back there.
+/// listens on its own unix socket and can go away and come back there.
 class IdentifyFakeService final : public v1::IdentificationService::Service {
  public:
   struct Script {
@@ -106,7 +106,7 @@ class IdentifyFakeService final : public v1::IdentificationService::Service {
 
 /// A running contact identification, as far along as `completion` says.
 v1::IdentificationProgress contact_progress(double completion);
-/// The same, over.
+/// End of a contact identification.
 v1::IdentificationProgress contact_end(v1::IdentificationState state);
 
 }  // namespace hapticd::test

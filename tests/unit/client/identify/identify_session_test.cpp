@@ -37,7 +37,7 @@ struct Outcome {
   std::string output;
 };
 
-/// What `act` prints and how it exits; no one presses Ctrl-C unless the options say so.
+/// What `act` prints and how it exits; Ctrl-C is not pressed unless the options say so.
 Outcome outcome_of(const IdentifyFakeService& fake, const std::function<void(IdentifySession&)>& act,
                    IdentifyOptions options = {}, bool json = false) {
   Session session{.server = fake.address(), .json = json};

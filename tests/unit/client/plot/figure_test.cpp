@@ -22,7 +22,7 @@ TEST(Figure, TheScriptHoldsItsDataUnitsAndNames) {
 }
 
 TEST(Figure, ATitleOfTheDaemonIsNoCommand) {
-  // In double quotes gnuplot would run what stands between backquotes.
+  // In double quotes gnuplot would run what is between backquotes.
   Figure figure{.title = "`touch x`\n'; system \"touch y\"; '\x1b"};
   figure.panels.push_back({.x_label = "t"});
   const std::string script = gnuplot_script(figure, "x.svg");

@@ -60,7 +60,7 @@ TEST(ContactEvidence, ASlopeEarnsAuthorityBelowTheUnexplainedForce) {
       double path_mm = 0.0;
       while (contact.evidence.authority() < 0.5 && path_mm < 3.0) {
         path_mm += 1e-3 * mm_per_s;
-        // A zero that is off by 20 mN is no slope.
+        // A zero that is off by 20 mN has no slope.
         contact.tick(0.02 + n_per_mm * path_mm + noise(random), path_mm);
       }
       // Six ticks make a fit, two are needed, and half of the authority takes three more.

@@ -125,7 +125,8 @@ TEST(ContactDetector, WhatItCountsLastsAsLongAtAnyRate) {
       ;
     EXPECT_NEAR(ticks * tick_ms, parameters.release_time_ms, 0.51 * tick_ms);
 
-    // Force that does not end, away from the last surface: for a second it is nothing, then no one knows.
+    // Force that does not end, away from the last surface: for a second it counts as nothing, then as
+    // unknown.
     for (ticks = 0; detector.reason() != ContactReason::kAwaitingFree && ticks < 20'000; ++ticks) {
       EXPECT_FALSE(detector.update(0.1, 5.0, 10.0));
     }
@@ -186,7 +187,7 @@ class Approach {
     onset_.remember(read_mm, residual_.prompt_force_n());
     return detector_.update(r, read_mm, 0.0);
   }
-  /// As a scene looks for it.
+  /// Surface as a scene looks for it.
   double surface_mm() const {
     const ContactParameters parameters;
     return onset_.place_mm(parameters.release_ratio * parameters.threshold_n + residual_.seen_jerk_n());

@@ -25,7 +25,7 @@ TEST(PathCheck, AReadingThatStaysWhileTheTipGoesOnIsContradictedAfterAMillimetre
   EXPECT_NEAR(contradicted_after_mm(check, 5.0, 0.0), 1.0, 0.25);
   check.begin();
   EXPECT_NEAR(contradicted_after_mm(check, -5.0, 0.0), -1.0, 0.25);
-  // Also where the object was real for a while.
+  // Also if the object was real for a while.
   check.begin();
   EXPECT_EQ(contradicted_after_mm(check, 4.0, 1.0), 0.0);
   EXPECT_EQ(contradicted_after_mm(check, -4.0, 1.0), 0.0);

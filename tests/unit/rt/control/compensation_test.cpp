@@ -1,5 +1,5 @@
 // What is added so that the hand gets the force while it moves, block by block and in the scene of one
-// dimension. ReactionLead has a file of its own.
+// dimension. ReactionLead has a separate file.
 
 #include <gtest/gtest.h>
 

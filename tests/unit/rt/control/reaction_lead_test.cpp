@@ -17,7 +17,7 @@ TickInterval after_ms(double ms) {
   return {1e-3 * ms, ms, ms, false};
 }
 
-/// Of a reaction that grows evenly, after half a second of ticks that are `tick_ms` apart.
+/// Lead of a reaction that grows evenly, after half a second of ticks that are `tick_ms` apart.
 double after_a_ramp(double rate_n_per_s, double tick_ms) {
   ReactionLead lead(kLeadS, kLeadHz);
   double ahead_n = 0.0;

@@ -131,7 +131,7 @@ TEST(TargetBlend, AChangeTheTickAContactBeginsStartsFromNothing) {
 }
 
 TEST(TargetBlend, TheReportedStiffnessIsForceOverDisplacement) {
-  // Reported is the mixture in force, also where one change interrupts another.
+  // Reported is the mixture in force, also if one change interrupts another.
   TargetBlend blend(linear_target(0.5), 1000.0);
   blend.update(4.0, 0.0, {});
   blend.set(linear_target(1.0), 0.1);

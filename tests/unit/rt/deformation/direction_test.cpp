@@ -133,7 +133,7 @@ TEST(Direction, OfAStaticPressStaysWithinTheNoise) {
   EXPECT_LT(drift_at_rest(tracked(), 60'000), 0.6 * kDegree);
 }
 
-/// At rest by the encoders while the friction passes from one side to the other over `ticks`.
+/// Rests by the encoders while the friction passes from one side to the other over `ticks`.
 template <class Direction>
 double swing_while_blind(Direction direction, int ticks) {
   const hal::Vector3 normal{0.0, 0.0, 1.0};
@@ -270,7 +270,7 @@ TEST(Direction, AForceThatFlipsIsFollowedOrIgnoredButNeverLeavesTheSphere) {
   }
 }
 
-/// Of a filter that slid one way and then `path_mm` the other.
+/// Step of a filter that slid one way and then `path_mm` the other.
 struct FilterStep {
   double before = 0.0, after = 0.0;  ///< friction coefficient around the second slide
   double covariance_kept = 0.0;      ///< covariance after over before

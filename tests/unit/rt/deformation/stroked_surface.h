@@ -7,9 +7,9 @@
 
 namespace hapticd::rt::test {
 
-/// A tip on a surface with exact Dahl friction (or Maxwell-slip, where the parameters have elements) and
-/// viscosity: what it feels, and what is true. The caller
-/// moves it; the surface says which normal it has there.
+/// A tip on a surface with exact Dahl friction (or Maxwell-slip, if the parameters have elements) and
+/// viscosity: what it feels, and what is true. The caller moves it; the surface says which normal it has
+/// there.
 class StrokedSurface {
  public:
   explicit StrokedSurface(const FrictionParameters& friction, double rate_hz = 1000.0)

@@ -58,7 +58,7 @@ class Bench {
   static bool raised_only(GuardFault fault) {
     return fault == GuardFault::kStopped || (fault >= GuardFault::kTurntableMoving && !noticed_only(fault));
   }
-  /// By a pipeline, from tick to tick.
+  /// True for faults noticed by a pipeline, from tick to tick.
   static bool noticed_only(GuardFault fault) {
     return fault == GuardFault::kSensorZeroFar || fault == GuardFault::kSensorZeroLost ||
            fault == GuardFault::kSensorJumped;

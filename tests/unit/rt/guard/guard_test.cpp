@@ -69,7 +69,7 @@ TEST(Guard, BoundsPowerIntoTheHandOnly) {
   }
 }
 
-/// A guard on a clock of its own: 1 kHz unless a tick is said to take longer.
+/// A guard on a separate clock: 1 kHz unless a tick is said to take longer.
 struct TimedGuard {
   explicit TimedGuard(const GuardLimits& l, double rate = 1000.0) : guard(l, rate), rate_hz(rate) {}
   hal::Vector3 tick(const hal::Vector3& wanted, double interval_s = 0.0) {
@@ -349,7 +349,7 @@ TEST(Guard, WhateverComesTheForceIsFiniteAndWithinLimits) {
     const hal::Vector3 force = pass(guard, {value(), value(), value()}, sample, record);
     ASSERT_TRUE(std::isfinite(force.x) && std::isfinite(force.y) && std::isfinite(force.z));
     ASSERT_LE(norm(force), 8.5 + 1e-9);
-    // Less by more than that only where magnitude or power ask for it.
+    // Less by more than that only if magnitude or power ask for it.
     if (record.guard_state != GuardState::kLatched && (record.guard_limits & guard_limit::kPower) == 0) {
       ASSERT_LE(norm(force - before), 1.7 + 1e-9);
     }

@@ -47,7 +47,7 @@ class Tool {
     sample.time_ns += static_cast<std::int64_t>(1e9 * period_s_);
     watch.update(sample, period_s_);
   }
-  /// In free air, its zero proven.
+  /// Settles in free air, its zero proven.
   void settle() {
     wave();
     run(1.0);
@@ -389,7 +389,7 @@ TEST(FreeAir, APipelineThatWantsTheWorstGetsThreeTenthsOfANewton) {
     TickRecord record;
     return size(guard.release(guard.admit(tool.sample), wanted_n, 0, record));
   };
-  // Constant 8 N, waved: none before the zero is proven, then what may stand in free air.
+  // Constant 8 N, waved: none before the zero is proven, then what may be read in free air.
   tool.wave();
   for (int i = 0; i < 3000; ++i) {
     tool.tick();

@@ -27,7 +27,7 @@ struct ShakenHand {
   }
 };
 
-/// When the monitor first said so of a command at an amplitude and a frequency, s; nothing within 10 s.
+/// Time when the monitor first said so of a command at an amplitude and a frequency, s; nothing within 10 s.
 std::optional<double> noticed_after_s(double amplitude_n, double frequency_hz, double rate_hz) {
   OscillationMonitor monitor;
   ShakenHand hand;

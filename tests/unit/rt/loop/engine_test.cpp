@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 using Status = EngineOutcome::Status;
 
-/// Ticks an engine in a thread of its own, as fast as it can, until it goes out of scope. That thread is also
+/// Ticks an engine on a separate thread, as fast as it can, until it goes out of scope. That thread is also
 /// the only one that drains the records, handing them to the test at the end.
 class Ticking {
  public:

@@ -106,8 +106,7 @@ TEST(PeriodicLoop, NoTickBeginsBeforeItsTimeHoweverEarlyTheThreadIsWoken) {
     const LoopStatistics statistics = loop.statistics();
     EXPECT_EQ(statistics.timer.count, 200U);
     EXPECT_EQ(statistics.jitter.count, 199U);
-    // Each tick has a place on the grid of its own, so n ticks take n periods, but for what the first was
-    // late.
+    // Each tick has a separate place on the grid, so n ticks take n periods, but for what the first was late.
     const std::int64_t periods = 199 + static_cast<std::int64_t>(statistics.periods_missed);
     const auto took = begun.back() - begun.front();
     EXPECT_GE(took + std::chrono::nanoseconds(statistics.wakeup.max_ns),

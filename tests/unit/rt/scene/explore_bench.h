@@ -70,7 +70,7 @@ class ExploreBench {
     }
     return record;
   }
-  /// From 10 mm above, at rest: down onto the object at (x, y) to 4 mm, held for a second and a half.
+  /// Presses from 10 mm above, at rest: down onto the object at (x, y) to 4 mm, held for a second and a half.
   TickRecord press_and_hold() {
     rest({0.0, 0.0, 10.0}, 300);
     move({0.0, 0.0, 10.0}, {0.0, 0.0, -4.0}, 1000);

@@ -137,7 +137,7 @@ TEST_P(ExploreProperty, WhateverComesTheCommandIsFiniteAndBoundedAndAfterwardsAl
       ASSERT_TRUE(finite(f)) << "seed " << seed << ", tick " << i;
       ASSERT_LE(norm(f), limit + 1e-9) << "seed " << seed << ", tick " << i;
       if (record.guard_state != GuardState::kLatched && record.guard_state != GuardState::kSuspended) {
-        // Less by more than that only where magnitude or power ask for it.
+        // Less by more than that only if magnitude or power ask for it.
         const bool is_bounded = (record.guard_limits & (guard_limit::kPower | guard_limit::kForce)) != 0;
         const double rise_n = is_bounded ? norm(f) - norm(before) : norm(f - before);
         ASSERT_LE(rise_n, change + 1e-9) << "seed " << seed << ", tick " << i;

@@ -42,7 +42,7 @@ inline ObjectModel bench_model() {
   return model;
 }
 
-/// The same with Maxwell-slip friction of the rod: sharp, level 0.35.
+/// Model with Maxwell-slip friction of the rod: sharp, level 0.35.
 inline ObjectModel maxwell_slip_model() {
   ObjectModel model = bench_model();
   const MaxwellSlipParameters elements{{0.26, 0.29, 0.32, 0.36}, {0.35, 0.42, 0.25, 0.15}};

@@ -363,7 +363,7 @@ TEST(Knock, DisturbsAStrokeToo) {
   while (calm.time_s() < 10.0) {
     calm.tick();
     disturbed.tick();
-    // The force of the hand jumps where nothing else does; what follows a knock decays.
+    // The force of the hand jumps and nothing else does; what follows a knock decays.
     const double difference_n = disturbed.truth().hand_force_n.z - calm.truth().hand_force_n.z;
     if (difference_n - before_n > 0.2 && (knocks_s.empty() || calm.time_s() > knocks_s.back() + 0.5)) {
       knocks_s.push_back(calm.time_s());
@@ -383,7 +383,7 @@ TEST(Knock, DisturbsEveryTwoSecondsForTwentyMilliseconds) {
   while (calm.time_s() < 3.0) {
     calm.tick();
     disturbed.tick();
-    // Of a bare mass, hand force and its acceleration make the support, whatever the motion: compare at once.
+    // Hand force and its acceleration make the support of a bare mass, whatever the motion: compare at once.
     const double difference_n = disturbed.truth().hand_force_n.z - calm.truth().hand_force_n.z;
     if (first_s == 0.0 && difference_n != 0.0) first_s = calm.time_s();
     if (first_s > 0.0 && calm.time_s() < first_s + 5e-4) impulse_n_s += difference_n * 1e-4;

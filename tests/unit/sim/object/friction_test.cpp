@@ -218,7 +218,7 @@ TEST(FrictionRipple, ContactBeginsTheWayAgain) {
 }
 
 TEST(FrictionRipple, VibrationStaysWhereItIsOnTheRipple) {
-  // Bending is no way: a million bends later the tip breaks away as the fresh one does.
+  // Bending does not count as way: a million bends later the tip breaks away as the fresh one does.
   Friction shaken(rippled(), kStepS), fresh(rippled(), kStepS);
   for (int i = 0; i < 1'000'000; ++i)
     shaken.advance({(i % 4 == 0 || i % 4 == 3) ? 0.03 : -0.03, 0.0, 0.0}, 0.0, 2.0);

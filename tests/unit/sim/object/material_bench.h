@@ -18,7 +18,7 @@
 
 namespace hapticd::test {
 
-/// Its numbers, to be compared.
+/// Numbers of a material, to be compared.
 template <class Parameters>
 auto numbers_of(const Parameters& parameters) {
   return std::bit_cast<std::array<double, sizeof(Parameters) / sizeof(double)>>(parameters);
@@ -55,7 +55,7 @@ class ForceControlOf {
 
   sim::Material::Step apply(double mean_force_n) {
     constexpr double kComplianceMmPerN = 1e5;
-    // Where the tip would be without contact, so that the mean force over the step is the wanted one; the
+    // Position of the tip without contact, so that the mean force over the step is the wanted one; the
     // depth's change within the step leaves an error of change / compliance.
     last_ = material_.advance(last_.depth_mm + kComplianceMmPerN * mean_force_n, kComplianceMmPerN);
     return last_;
@@ -159,7 +159,7 @@ void expect_no_force_without_touch(Law&& material) {
   EXPECT_EQ(material.depression_mm(), 0.0);
 }
 
-/// To the same depth at ever higher speed.
+/// Presses to the same depth at ever higher speed.
 template <class Make>
 void expect_faster_is_stiffer(const Make& matter, double depth_mm, const std::vector<double>& mm_per_s) {
   double last_n = 0.0;

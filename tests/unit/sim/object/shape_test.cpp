@@ -195,13 +195,13 @@ TEST(Ridge, CrestFacesAndTheSeamBetweenThem) {
   EXPECT_EQ(ridge.project({0.0, 7.0, 0.0}).depth_mm, 0.0);
   EXPECT_EQ(ridge.project({0.0, 7.0, -2.0}).depth_mm, 2.0);
   EXPECT_EQ(ridge.project({0.0, 7.0, -2.0}).outward_normal.z, 1.0);
-  // The faces stand at right angles on each other.
+  // The faces are at right angles to each other.
   const Projection right = ridge.project({20.0, 0.0, -10.0});
   const Projection left = ridge.project({-20.0, 0.0, -10.0});
   EXPECT_NEAR(dot(right.outward_normal, left.outward_normal), 0.0, 1e-12);
   EXPECT_GT(right.outward_normal.x, 0.0);
   EXPECT_EQ(left.depth_mm, right.depth_mm);
-  // Where the round ends, depth and normal go on without a step.
+  // Beyond the end of the round, depth and normal go on without a step.
   for (const double out_mm : {-2.0, 0.0, 5.0}) {
     const double x = (3.0 + out_mm) * std::sqrt(0.5), z = x - 3.0;
     const Projection round = ridge.project({x - 1e-9, 0.0, z + 1e-9});

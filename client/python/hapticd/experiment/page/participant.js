@@ -101,7 +101,7 @@ function drawPlace(at, places = [[0, 0]]) {
   const away = (one) => Math.hypot(at[0] - one[0], at[1] - one[1]);
   const nearest = places.reduce((best, one) => (away(one) < away(best) ? one : best));
   for (const place of places) {
-    // The one at which the tool is stands out.
+    // The one at which the tool is looks different.
     context.strokeStyle = style.getPropertyValue(places.length > 1 && place === nearest ? "--accent" : "--quiet");
     for (const radius of [10, 25]) {
       context.beginPath();

@@ -7,7 +7,7 @@
 
 namespace hapticd::study::extremes {
 
-/// One way of doing a thing, and the quantity by which it stands or falls.
+/// Form of doing a thing, and the quantity that decides between them.
 struct TrapForm {
   std::string form;  ///< "published", "here"
   double value = 0.0;

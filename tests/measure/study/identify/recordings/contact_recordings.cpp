@@ -98,7 +98,7 @@ Cycle loading_of(Cycle cycle) {
 
 // --- laws, fitted to several cycles at once ---
 
-/// Each cycle was made on a spot of its own.
+/// Spot of a cycle: each was made on a different one.
 struct Spot {
   double offset_mm = 0.0;  ///< the surface lies so far before where the first loading says
   double scale = 1.0;      ///< force on this spot over that of the law

@@ -79,7 +79,7 @@ hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& rec
 }
 
 std::vector<identification::FrictionRow> rows_of(const FrictionRecording& raw) {
-  // Single outliers of the position are no motion.
+  // Single outliers of the position are not motion.
   FrictionRecording recording = raw;
   for (std::size_t i = 1; i + 1 < raw.size(); ++i) {
     const double a = raw[i - 1].position_mm;

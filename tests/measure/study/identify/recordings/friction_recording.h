@@ -17,23 +17,23 @@ struct RecordedFriction {
   double time_s = 0.0;
   double position_mm = 0.0;
   double force_n = 0.0;       ///< that moves the tip against friction
-  double normal_n = 0.0;      ///< 0 where it was not recorded
-  double pressure_bar = 0.0;  ///< 0 where there is none
+  double normal_n = 0.0;      ///< 0 if it was not recorded
+  double pressure_bar = 0.0;  ///< 0 if there is none
 };
 using FrictionRecording = std::vector<RecordedFriction>;
 
 /// Reads a CSV file of a friction test; throws std::runtime_error with what is wrong.
 FrictionRecording read_friction_recording(const std::filesystem::path& file);
 
-/// Those between two times.
+/// Part between two times.
 FrictionRecording part_of(const FrictionRecording& recording, double from_s, double to_s);
 
 /// What FrictionIdentification makes of it.
 hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& recording,
                                                     const identification::FrictionTask& task);
 
-/// Every instant as a row of its own, the position through a median of three. `settled` from the second turn
-/// on: where the state was when the part began no one knows.
+/// Rows of a recording, one for every instant, the position through a median of three. `settled` from the
+/// second turn on: the state at the beginning of the part is unknown.
 std::vector<identification::FrictionRow> rows_of(const FrictionRecording& recording);
 
 /// How much later than the position the force is, model-free: after each rest the tip starts at once, and the

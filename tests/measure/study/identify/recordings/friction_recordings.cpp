@@ -259,7 +259,7 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
     figure.value = apart;
     context.report.add(figure);
 
-    // What the supply's own pressure does between the directions is no friction.
+    // What the supply's own pressure does between the directions is not friction.
     double bar[2] = {0.0, 0.0};
     double count[2] = {0.0, 0.0};
     double force = 0.0, pressure = 0.0;

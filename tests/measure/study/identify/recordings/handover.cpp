@@ -114,8 +114,8 @@ double smallest_threshold_n(const std::vector<double>& greatest) {
   return kStepN * std::ceil(greatest.back() / kStepN);
 }
 
-/// With an allowance for what was not seen: the greatest residuals beyond their upper quartile fall off
-/// exponentially, as identification::ThresholdIdentification has it.
+/// Threshold with an allowance for what was not seen: the greatest residuals beyond their upper quartile fall
+/// off exponentially, as identification::ThresholdIdentification has it.
 double extrapolated_threshold_n(const std::vector<double>& greatest) {
   const double n = static_cast<double>(greatest.size());
   const double quartile = greatest[static_cast<std::size_t>(0.75 * n)];
@@ -140,9 +140,9 @@ double rms_n(const std::vector<hal::RigSample>& samples, const std::vector<doubl
   return std::sqrt(square / count);
 }
 
-/// When the raw force left what it does in free motion for good, reported with hindsight and without any
-/// model: the last sample before the grip's height whose distance from the mean of the fitted part is no
-/// greater than the greatest one there.
+/// Index at which the raw force left what it does in free motion for good, with hindsight and without any
+/// model: the last sample before the grip's height whose distance from the mean of the fitted part is not
+/// above the greatest one there.
 std::size_t left_for_good(const std::vector<hal::RigSample>& samples) {
   hal::Vector3 mean;
   double count = 0.0;

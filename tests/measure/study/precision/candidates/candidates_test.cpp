@@ -76,7 +76,7 @@ TEST(PlainVelocity, OfALineIsItsSlope) {
 }
 
 TEST(FixedWindowVelocity, LagsHalfItsWindow) {
-  // Of a parabola the least-squares slope is that in the middle of the window.
+  // The least-squares slope of a parabola is that in the middle of the window.
   FixedWindowVelocity window(10, kRateHz);
   double velocity = 0.0;
   for (int k = 0; k < 100; ++k) {

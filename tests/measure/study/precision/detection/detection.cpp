@@ -93,7 +93,7 @@ struct Delays {
     return ms.empty() ? std::nan("") : sum / static_cast<double>(ms.size());
   }
   double largest_ms() const { return ms.empty() ? std::nan("") : *std::max_element(ms.begin(), ms.end()); }
-  /// Whether most strikes have a delay: where alarms are the rule, the rest says nothing.
+  /// Whether most strikes have a delay: if alarms are the rule, the rest says nothing.
   bool shows() const { return ms.size() > static_cast<std::size_t>(2 * early); }
 };
 

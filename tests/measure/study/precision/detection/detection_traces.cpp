@@ -15,7 +15,7 @@ namespace {
 using test::demand;
 using test::value_of;
 
-/// A rig no one commands.
+/// Rig without commands.
 class WatchedRig {
  public:
   WatchedRig(const std::string& object, const sim::HandProgram& hand, std::uint64_t seed) {

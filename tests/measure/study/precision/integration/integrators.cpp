@@ -153,7 +153,7 @@ const std::vector<int>& steps_per_ms_tried() {
   return all;
 }
 
-/// The same press by every method at every step.
+/// Sweep of the same press by every method at every step.
 struct Sweep {
   std::vector<std::vector<Accuracy>> accuracy;  ///< by method, by step
   Reference reference;
@@ -269,8 +269,8 @@ double shortest_ms(bool quick) {
   return quick ? 0.02 : 1e-3;
 }
 
-/// Peak to peak of the tip between 0.6 and 0.7 s, when the hand has long arrived; nothing where it diverged.
-/// No force of the device, no dry friction that would hide a small oscillation.
+/// Peak to peak of the tip between 0.6 and 0.7 s, when the hand has long arrived; nothing if it diverged. No
+/// force of the device, no dry friction that would hide a small oscillation.
 std::optional<double> late_swing_mm(IntegrationMethod method, const sim::MaterialParameters& material,
                                     double step_s) {
   constexpr double kFromS = 0.6;
@@ -292,8 +292,8 @@ std::optional<double> late_swing_mm(IntegrationMethod method, const sim::Materia
   return high_mm - low_mm;
 }
 
-/// In halves of an octave from 2 ms down: the first step from which on two in a row hold, which is to swing
-/// no more than 10 µm beyond what a converged run still creeps.
+/// Largest step, in halves of an octave from 2 ms down, from which on two in a row hold, which is to swing no
+/// more than 10 µm beyond what a converged run still creeps.
 std::optional<double> largest_step_ms(IntegrationMethod method, const sim::MaterialParameters& material,
                                       double creep_mm, double shortest) {
   constexpr double kTolerableMm = 0.01;

@@ -10,7 +10,7 @@ namespace hapticd::study {
 
 namespace {
 
-/// Those that integrate PressState by its rate of change.
+/// Integrators of PressState by its rate of change.
 class ByRate : public PressIntegrator {
  public:
   ByRate(const PressPlant& plant, const PressState& start, double step_s)

@@ -21,7 +21,7 @@ enum class IntegrationMethod : unsigned char {
 };
 
 std::string name_of(IntegrationMethod method);
-/// In the order of the enumeration.
+/// Methods in the order of the enumeration.
 const std::vector<IntegrationMethod>& integration_methods();
 
 /// A press as it is integrated.
@@ -30,7 +30,7 @@ class PressIntegrator {
   virtual ~PressIntegrator() = default;
   /// Another one in the same state.
   virtual std::unique_ptr<PressIntegrator> clone() const = 0;
-  /// From `time_s` to a step later, with the same force wanted of the motors throughout.
+  /// Steps from `time_s` to a step later, with the same force wanted of the motors throughout.
   virtual void step(double time_s, double wanted_n) noexcept = 0;
   virtual double motor_mm() const noexcept = 0;
   virtual double tip_mm() const noexcept = 0;

@@ -86,7 +86,7 @@ double pressing_error(const PressTask& task, const PressOutcome& outcome) {
 /// which no rate changes, play no part.
 struct DeviceForce {
   double error = std::numeric_limits<double>::quiet_NaN();
-  /// By how much the tip was deeper than thought when the contact was declared.
+  /// Depth of the tip beyond what was believed when the contact was declared.
   double surface_too_deep_mm = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -141,7 +141,7 @@ Rendered rendered_at(double rate_hz, Kept kept, bool quick) {
       mean.failed = std::string(c.object) + " at " + fixed(c.target, 1) + " N/mm: " + outcome.failed;
       return mean;
     }
-    // Where a tick falls in encoder steps, tremor and noise is chance.
+    // A tick's place in encoder steps, tremor and noise is chance.
     const int seeds = quick ? 1 : 8;
     PressTask again = task;
     for (int seed = 1; seed <= seeds; ++seed) {
@@ -341,7 +341,7 @@ std::vector<double> forces_of(const sim::HandProgram& hand, double duration_s) {
 }
 
 /// Nanoseconds a tick of an engine without a scene, of the hub's rounds (two ticks each, as at 1 kHz) and of
-/// a subscriber that takes every batch; without a subscriber where the decimation is 0.
+/// a subscriber that takes every batch; without a subscriber if the decimation is 0.
 double hub_ns_per_tick(std::uint32_t decimation, double seconds) {
   auto rig = sim::SimulatedRig::create({});
   rt::Engine engine(**rig);

@@ -32,7 +32,7 @@ struct MethodResult {
   std::vector<MotionError> of_motion;
   double run_time_ns = 0.0;
 
-  /// Root mean square over the motions: each counts alike. Rest, the last one, is no motion.
+  /// Root mean square over the motions: each counts alike. Rest, the last one, does not count as a motion.
   double error() const {
     double sum = 0.0;
     for (std::size_t i = 0; i + 1 < of_motion.size(); ++i) sum += of_motion[i].error * of_motion[i].error;
@@ -41,7 +41,7 @@ struct MethodResult {
   const MotionError& at_rest() const { return of_motion.back(); }
 };
 
-/// Runs methods over the same readings of one encoder; without timing them where `seconds_per_timing` is 0.
+/// Runs methods over the same readings of one encoder; without timing them if `seconds_per_timing` is 0.
 class MotionBench {
  public:
   MotionBench(const std::vector<MotionTrace>& traces, std::vector<double> MotionTrace::*truth, double step_mm,
@@ -284,7 +284,7 @@ struct OtherMotions {
   double gentle = 0.0, violent = 0.0;
 };
 
-/// Which of those that take no longer beats the default most; the default where none does.
+/// Method, of those that take no longer, that beats the default most; the default if none does.
 const MethodResult& best_of(const std::vector<MethodResult>& results, const MethodResult& chosen) {
   const MethodResult* best = &chosen;
   for (const MethodResult& m : results) {
@@ -297,7 +297,7 @@ const MethodResult& default_of(const std::vector<MethodResult>& results) {
   return *std::find_if(results.begin(), results.end(), [](const MethodResult& m) { return m.is_default; });
 }
 
-/// By how much, in words.
+/// Margin by which it is beaten, in words.
 std::string beaten_by(const std::vector<MethodResult>& results, const std::string& unit) {
   const MethodResult& chosen = default_of(results);
   const MethodResult& best = best_of(results, chosen);

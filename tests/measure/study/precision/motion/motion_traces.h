@@ -17,8 +17,8 @@ struct MotionTrace {
   std::vector<double> acceleration_mm_per_s2;  ///< likewise
 
   std::size_t ticks() const { return position_mm.size() / kStepsPerTick; }
-  /// What an encoder of this step would read, one value a tick. It is taken to sit at the tip: what the
-  /// bending structure hides is no estimator's fault.
+  /// Readings of an encoder of this step, one value a tick. It is taken to sit at the tip: what the bending
+  /// structure hides cannot be held against an estimator.
   std::vector<double> encoder_mm(double step_mm) const;
 };
 

@@ -266,7 +266,7 @@ double SoftBody::evaluate(const Vector& u, Vector* gradient, Eigen::SparseMatrix
   return energy;
 }
 
-// Conjugate gradients with the older factor; a new factor where they take too long.
+// Conjugate gradients with the older factor; a new factor if they take too long.
 bool SoftBody::solve(const Eigen::SparseMatrix<double>& stiffness, const Vector& gradient, Vector& step) {
   constexpr int kMaxIterations = 40;
   for (int attempt = 0; attempt < 2; ++attempt) {

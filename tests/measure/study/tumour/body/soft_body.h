@@ -22,7 +22,7 @@ struct SoftBodyParameters {
   int layers = 10;                   ///< elements from the base to the apex; 2 × as many across
 };
 
-/// Where the ball is, and what the body answers.
+/// Place of the ball, and what the body answers.
 struct SoftBodyState {
   double energy_n_mm = 0.0;
   Eigen::Vector3d force_n;       ///< on the ball
@@ -37,7 +37,7 @@ class SoftBody {
  public:
   explicit SoftBody(const SoftBodyParameters& parameters);
 
-  /// Without any load.
+  /// Resets to a body without load.
   void reset();
   /// The ball's centre, from the centre of the base; goes on from the last state. False: no balance found.
   bool press(const Eigen::Vector3d& centre_mm);
@@ -66,8 +66,8 @@ class SoftBody {
   };
 
   void mesh();
-  /// Energy at a displacement; infinite where an element is turned inside out. Gradient and stiffness too
-  /// where they are asked for.
+  /// Energy at a displacement; infinite if an element is turned inside out. Gradient and stiffness too if
+  /// they are asked for.
   double evaluate(const Vector& u, Vector* gradient, Eigen::SparseMatrix<double>* stiffness) const;
   bool solve(const Eigen::SparseMatrix<double>& stiffness, const Vector& gradient, Vector& step);
   bool balance();
