@@ -29,6 +29,15 @@ struct PartReport {
   std::vector<std::string>
       findings;  ///< present warnings and faults, each with its remedy; empty if there are none
   std::vector<PartFigure> figures;
+  /// The newest fault that has passed, its age and its remedy, e.g. "HD_COMM_ERROR, 12 s ago: …". It is kept
+  /// until the part is engaged again; empty if there was none.
+  std::string last_fault{};
 };
+
+/// "12 s ago", "3 min ago".
+inline std::string age_words(std::int64_t age_ns) {
+  const std::int64_t age_s = age_ns / 1'000'000'000;
+  return age_s < 120 ? std::to_string(age_s) + " s ago" : std::to_string(age_s / 60) + " min ago";
+}
 
 }  // namespace hapticd::hal

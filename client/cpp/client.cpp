@@ -1,6 +1,7 @@
 #include "client/cpp/client.h"
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "client/cpp/client_state.h"
@@ -165,6 +166,16 @@ void Client::set_hand_program(const v1::HandProgram& program) {
   v1::SetHandProgramRequest request;
   *request.mutable_program() = program;
   state_->call(*state_->simulation, &v1::SimulationService::Stub::SetHandProgram, request);
+}
+
+bool Client::wait_for_hand(std::chrono::milliseconds timeout) {
+  constexpr std::chrono::milliseconds kPollInterval{50};
+  const auto until = std::chrono::steady_clock::now() + timeout;
+  while (!simulation().hand_is_done()) {
+    if (std::chrono::steady_clock::now() >= until) return false;
+    std::this_thread::sleep_for(kPollInterval);
+  }
+  return true;
 }
 
 v1::SimulationInfo Client::set_object(const std::string& name) {

@@ -229,6 +229,9 @@ class Client {
   /// What the hand does from now on: forces 0 … 30 N, depths 0 … 50 mm, speeds up to 1500 mm/s. Refused:
   /// INVALID (kind or range), BUSY (the hand identifies).
   void set_hand_program(const v1::HandProgram& program);
+  /// Returns when the hand has ended the program that was set last and the tool is free; false when it has
+  /// not within `timeout`. Never true of a program that goes on until the next one.
+  bool wait_for_hand(std::chrono::milliseconds timeout);
   /// Puts a new object under the tool; a hand that presses lifts off first. Refused: NOT_FOUND, BUSY.
   v1::SimulationInfo set_object(const std::string& name);
 

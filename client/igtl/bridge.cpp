@@ -31,7 +31,7 @@ constexpr int kMaxWaiting = 2000;
 
 /// What the rig's state means to a peer.
 std::pair<RigStatus, std::string> status_of(const v1::RigState& state, std::uint32_t sample_status) {
-  if ((sample_status & (v1::SAMPLE_STATUS_BIT_DEVICE_FAULT | v1::SAMPLE_STATUS_BIT_DEVICE_NOT_READY)) != 0) {
+  if (!device_measures(sample_status)) {
     return {RigStatus::kDeviceFault, "the device does not measure: poses stay where they were"};
   }
   if (state.guard_state() == v1::GUARD_STATE_LATCHED || state.guard_state() == v1::GUARD_STATE_SUSPENDED) {
@@ -44,7 +44,7 @@ std::pair<RigStatus, std::string> status_of(const v1::RigState& state, std::uint
 
 Bridge::Bridge(BridgeOptions options)
     : options_(std::move(options)),
-      port_(options_.host, options_.port,
+      port_(options_.host, options_.port, options_.sent,
             {[this](const ReceivedTransform& transform) { take(transform); },
              [this](const std::string& line) { note(line); }}) {}
 

@@ -13,6 +13,7 @@ struct BridgeOptions {
   client::ClientOptions daemon;
   std::string host = "127.0.0.1";
   std::uint16_t port = 18944;  ///< that of OpenIGTLink
+  HeaderVersion sent = HeaderVersion::kAsThePeer;
   double rate_hz = 60.0;
   double predict_ms = 0.0;
   v1::PoseFrame frame = v1::POSE_FRAME_RIG;

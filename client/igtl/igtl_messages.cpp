@@ -12,6 +12,8 @@
 #include <span>
 #include <string_view>
 
+#include "hapticd/v1/telemetry.pb.h"
+
 namespace hapticd::igtl_bridge {
 
 namespace {
@@ -206,7 +208,11 @@ std::string read_transform(const Header& header, Packed& body, ReceivedTransform
 
 }  // namespace
 
-Packed tool_transform(const v1::Pose& pose) {
+bool device_measures(std::uint32_t sample_status) {
+  return (sample_status & (v1::SAMPLE_STATUS_BIT_DEVICE_FAULT | v1::SAMPLE_STATUS_BIT_DEVICE_NOT_READY)) == 0;
+}
+
+Message tool_transform(const v1::Pose& pose) {
   auto message = igtl::TransformMessage::New();
   message->SetDeviceName(name_of(pose.frame()));
   const v1::Quaternion& q = pose.orientation();
@@ -221,10 +227,11 @@ Packed tool_transform(const v1::Pose& pose) {
   matrix[3][0] = matrix[3][1] = matrix[3][2] = 0.0F;
   matrix[3][3] = 1.0F;
   message->SetMatrix(matrix);
-  return packed(*message, pose.time().has_utc_ns() ? pose.time().utc_ns() : kNoTime);
+  return {packed(*message, pose.time().has_utc_ns() ? pose.time().utc_ns() : kNoTime),
+          {{"TransformStatus", device_measures(pose.status_bits()) ? "OK" : "INVALID"}}};
 }
 
-Packed rig_status(RigStatus status, const std::string& words, std::int64_t utc_ns) {
+Message rig_status(RigStatus status, const std::string& words, std::int64_t utc_ns) {
   auto message = igtl::StatusMessage::New();
   message->SetDeviceName("hapticd");
   switch (status) {
@@ -244,7 +251,7 @@ Packed rig_status(RigStatus status, const std::string& words, std::int64_t utc_n
   message->SetSubCode(0);
   message->SetErrorName(status == RigStatus::kOk ? "" : "hapticd");
   message->SetStatusString(words.c_str());
-  return packed(*message, utc_ns);
+  return {packed(*message, utc_ns), {}};
 }
 
 void MessageReader::add(const std::uint8_t* bytes, std::size_t count) {
@@ -261,6 +268,7 @@ MessageReader::Event MessageReader::next() {
                std::to_string(header.body_size) + " bytes (at most " + std::to_string(kMaxBody) + ")";
     return Event::kUnreadable;
   }
+  if (header.version <= kNewestVersion) version_ = std::max(version_, header.version);
   const std::uint64_t size = Header::kSize + header.body_size;
   const bool is_transform = header.type == "TRANSFORM";
   Event event = Event::kOther;

@@ -5,23 +5,24 @@
 #include <string>
 #include <vector>
 
+#include "client/igtl/message.h"
 #include "hapticd/v1/pose.pb.h"
 
 namespace hapticd::igtl_bridge {
-
-/// A message of OpenIGTLink as it goes over the wire: header, body, checksum.
-using Packed = std::vector<std::uint8_t>;
 
 /// Nanoseconds of a stamp that say nothing: the peer has no clock, or the daemon no UTC.
 inline constexpr std::int64_t kNoTime = 0;
 
 /// TRANSFORM of the tool: "ToolToRig", "ToolToDevice" or "ToolToReference", columns the tool's axes, mm.
-/// Stamped with the pose's UTC.
-Packed tool_transform(const v1::Pose& pose);
+/// Stamped with the pose's UTC. Its metadata have the `TransformStatus`: OK, or INVALID while the device does
+/// not measure.
+Message tool_transform(const v1::Pose& pose);
 
 /// What the rig can do for a peer.
 enum class RigStatus { kOk, kForceIsOff, kDeviceFault, kUnreachable };
-Packed rig_status(RigStatus status, const std::string& words, std::int64_t utc_ns);
+Message rig_status(RigStatus status, const std::string& words, std::int64_t utc_ns);
+/// Whether the device measured at a sample with these bits of v1::SampleStatusBit.
+bool device_measures(std::uint32_t sample_status);
 
 /// A transform that a peer sent.
 struct ReceivedTransform {
@@ -51,11 +52,14 @@ class MessageReader {
   };
   Event next();
   const ReceivedTransform& transform() const { return transform_; }
+  /// The highest header version that the peer has used and that is known here; 1 before any message.
+  unsigned version() const { return version_; }
   const std::string& problem() const { return problem_; }
 
  private:
   std::vector<std::uint8_t> buffer_;
   std::uint64_t bytes_to_skip_ = 0;
+  unsigned version_ = 1;
   ReceivedTransform transform_;
   std::string problem_;
 };

@@ -27,8 +27,8 @@ std::string words(const char* what) {
 
 }  // namespace
 
-IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, Handlers handlers)
-    : handlers_(std::move(handlers)) {
+IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, HeaderVersion sent, Handlers handlers)
+    : sent_(sent), handlers_(std::move(handlers)) {
   addrinfo wanted{};
   wanted.ai_family = AF_UNSPEC;
   wanted.ai_socktype = SOCK_STREAM;
@@ -108,8 +108,8 @@ void IgtlPort::read_from(Peer& peer) {
       case MessageReader::Event::kOther:
         break;
       case MessageReader::Event::kBroken:
-        // A peer sends the same again and again: the first says enough.
-        if (peer.broken++ == 0) {
+        // A peer sends the same again and again: the first of each kind says enough.
+        if (peer.problems.size() < kMaxProblems && peer.problems.insert(peer.reader.problem()).second) {
           handlers_.on_note(peer.name + ", '" + peer.reader.transform().name + "': " + peer.reader.problem());
         }
         break;
@@ -133,14 +133,20 @@ bool IgtlPort::write_rest(Peer& peer) {
   return true;
 }
 
-void IgtlPort::send(const Packed& message) {
+Packed IgtlPort::bytes_for(Peer& peer, const Message& message) const {
+  const bool is_version_2 =
+      sent_ == HeaderVersion::k2 || (sent_ == HeaderVersion::kAsThePeer && peer.reader.version() > 1);
+  return is_version_2 ? with_version_2(message, ++peer.sent_with_version_2) : message.packed;
+}
+
+void IgtlPort::send(const Message& message) {
   for (Peer& peer : peers_) {
     if (peer.gone) continue;
     if (!write_rest(peer)) {
       ++skipped_;
       continue;
     }
-    peer.rest = message;
+    peer.rest = bytes_for(peer, message);
     write_rest(peer);
   }
 }

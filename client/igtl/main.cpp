@@ -44,6 +44,11 @@ int main(int argc, char** argv) {
   app.add_option(
       "--reference", options.reference,
       "Name of the transforms of peers that go to the calibration that runs: the marker on the tool");
+  std::string version = "peer";
+  app.add_option("--header-version", version,
+                 "OpenIGTLink's header that peers get: 1, 2, or peer: 1 until a peer sends 2 or 3")
+      ->check(CLI::IsMember({"1", "2", "peer"}))
+      ->capture_default_str();
   app.footer(
       "Sends TRANSFORM messages ToolToRig (ToolToDevice, ToolToReference) in mm, stamped with the UTC of "
       "the\n"
@@ -53,6 +58,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   if (frame == "device") options.frame = v1::POSE_FRAME_DEVICE;
   if (frame == "reference") options.frame = v1::POSE_FRAME_REFERENCE;
+  if (version == "1") options.sent = igtl_bridge::HeaderVersion::k1;
+  if (version == "2") options.sent = igtl_bridge::HeaderVersion::k2;
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);
   try {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <string_view>
 
 #include "hal/openhaptics/config_folder.h"
 #include "hal/openhaptics/device_figures.h"
@@ -109,6 +110,30 @@ bool find_of_errors(const DeviceErrorSlot& slot, std::vector<std::string>& findi
   return unfit;
 }
 
+/// The newest of what took the force from the device, while it is no finding any more.
+std::string last_fault_of(const DeviceView& view) {
+  std::int64_t newest_ns = 0;
+  std::string name, remedy;
+  const auto take = [&](std::int64_t seen_ns, std::string_view what, std::string_view remedy_of) {
+    if (seen_ns <= newest_ns) return;
+    newest_ns = seen_ns;
+    name = what;
+    remedy = remedy_of;
+  };
+  for (std::size_t index = 0; index < kHdErrorCount; ++index) {
+    const HdError& error = hd_errors()[index];
+    if ((error.status & hal::sample_status::kDeviceFault) != 0)
+      take(view.slot->last_seen_ns[index], error.name, error.remedy);
+  }
+  take(view.servo->last_stall_ns, "the vendor's scheduler did not call in time",
+       "see what kept the machine busy; give the service real-time priority");
+  take(view.servo->last_rejection_ns, "the device reported a position that it cannot have",
+       "check its cables, then calibrate it");
+  const std::int64_t age_ns = hal::monotonic_ns() - newest_ns;
+  if (newest_ns == 0 || age_ns <= kRecentNs) return {};
+  return name + ", " + hal::age_words(age_ns) + ": " + remedy;
+}
+
 void figures_of(const DeviceFacts& facts, std::vector<hal::PartFigure>& figures) {
   if (facts.loaded_library.empty()) return;
   figures.push_back({"device_max_force", facts.max_force_n, "N"});
@@ -168,6 +193,7 @@ hal::PartReport report_on(const OpenHapticsConfig& config, const DeviceView& vie
     }
     find_of_servo(config, view, report.findings);
     unfit = find_of_errors(*view.slot, report.findings);
+    report.last_fault = last_fault_of(view);
   }
   if (view.servo != nullptr) {
     figures_of(view.facts, report.figures);

@@ -125,6 +125,7 @@ void Servo::mark_time() noexcept {
     }
     if (gap > setup_.stall_ns) {
       reported_->stalls.fetch_add(1, std::memory_order_relaxed);
+      reported_->last_stall_ns.store(now_ns_, std::memory_order_relaxed);
       fault_until_ns_ = now_ns_ + kFaultHoldNs;
     }
   }
@@ -221,6 +222,7 @@ void Servo::take_pose() noexcept {
                 !(std::abs(position.y) <= kFarthestMm) || !(std::abs(position.z) <= kFarthestMm);
   if (pose_fault_) {
     reported_->positions_rejected.fetch_add(1, std::memory_order_relaxed);
+    reported_->last_rejection_ns.store(now_ns_, std::memory_order_relaxed);
     return;
   }
   if (const auto stylus = orientation_in_rig(transform)) {

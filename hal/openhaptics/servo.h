@@ -39,6 +39,8 @@ struct ServoReport {
   std::atomic<std::uint64_t> frames{0};
   std::atomic<std::uint64_t> stalls{0};
   std::atomic<std::int64_t> longest_gap_ns{0};
+  std::atomic<std::int64_t> last_stall_ns{0};      ///< steady clock; 0 = never
+  std::atomic<std::int64_t> last_rejection_ns{0};  ///< of a position; steady clock; 0 = never
   std::atomic<std::uint64_t> commands_limited{0};
   std::atomic<std::uint64_t> commands_not_finite{0};
   std::atomic<std::uint64_t> positions_rejected{0};

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "hal/monotonic_clock.h"
 #include "hal/phantom/phantom_state.h"
 
 namespace hapticd::phantom {
@@ -65,6 +66,7 @@ std::optional<hal::Error> PhantomDevice::engage() {
   }
   state.homed.store(false, std::memory_order_release);
   state.trouble.store(0, std::memory_order_relaxed);
+  state.last_trouble.store(0, std::memory_order_relaxed);
   state.status.store(status_bit::kDeviceNotReady, std::memory_order_relaxed);
   const std::uint64_t taken = state.home_taken.load(std::memory_order_acquire);
   state.home_wanted.store(taken + (state.config.home_on_engage ? 1 : 0), std::memory_order_release);
@@ -114,7 +116,11 @@ void PhantomDevice::read(hal::RigSample& sample) noexcept {
     }
     if (!state.is_home) status |= status_bit::kDeviceNotReady;
     const std::uint32_t trouble = state.troubles();
-    if (trouble != 0) status |= status_bit::kDeviceFault;
+    if (trouble != 0) {
+      status |= status_bit::kDeviceFault;
+      state.last_trouble.store(trouble, std::memory_order_relaxed);
+      state.last_trouble_ns.store(hal::monotonic_ns(), std::memory_order_relaxed);
+    }
     if (state.is_home && !state.jumped && state.motion.over_speed()) status |= status_bit::kDeviceOverSpeed;
     if (state.over_force) status |= status_bit::kDeviceOverForce;
     for (const WindingHeat& heat : state.heat) {

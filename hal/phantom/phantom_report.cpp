@@ -2,7 +2,9 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "hal/monotonic_clock.h"
 #include "hal/phantom/phantom_state.h"
 
 namespace hapticd::phantom {
@@ -10,6 +12,23 @@ namespace hapticd::phantom {
 namespace {
 
 namespace status_bit = hal::sample_status;
+
+/// Each of the troubles with its remedy.
+std::vector<std::string> words_of(std::uint32_t trouble, int jumped_joint) {
+  std::vector<std::string> words;
+  const auto add = [&](std::uint32_t bit, std::string text) {
+    if ((trouble & bit) != 0) words.push_back(std::move(text));
+  };
+  add(kCountersFail, "the encoders' counts cannot be read: check the board");
+  add(kOutputsFail,
+      "the board does not accept the motors' volts: switch the amplifiers off and check the board");
+  add(kEncoderJumped,
+      fmt::format("the encoder of joint {} has jumped: check its cable, then home the arm again",
+                  jumped_joint));
+  add(kBeyondStops, "the arm seems beyond its stops: it was not in its reset pose when homed; home it again");
+  add(kTooHot, "a motor is too hot: no force until it has cooled");
+  return words;
+}
 
 }  // namespace
 
@@ -34,15 +53,17 @@ hal::PartReport PhantomDevice::report() const {
   const bool homing = state.home_taken.load(std::memory_order_acquire) < wanted;
   find(engaged && homing, "homing: keep the arm still in its reset pose");
   find(engaged && !homed && !homing, "not homed: put the arm in its reset pose and home it");
-  find((trouble & kCountersFail) != 0, "the encoders' counts cannot be read: check the board");
-  find((trouble & kOutputsFail) != 0,
-       "the board does not accept the motors' volts: switch the amplifiers off and check the board");
-  find((trouble & kEncoderJumped) != 0,
-       fmt::format("the encoder of joint {} has jumped: check its cable, then home the arm again",
-                   state.jumped_joint.load(std::memory_order_relaxed) + 1));
-  find((trouble & kBeyondStops) != 0,
-       "the arm seems beyond its stops: it was not in its reset pose when homed; home it again");
-  find((trouble & kTooHot) != 0, "a motor is too hot: no force until it has cooled");
+  const int joint = state.jumped_joint.load(std::memory_order_relaxed) + 1;
+  for (std::string& words : words_of(trouble, joint)) report.findings.push_back(std::move(words));
+  if (engaged && trouble == 0) {
+    const std::vector<std::string> passed =
+        words_of(state.last_trouble.load(std::memory_order_relaxed), joint);
+    if (!passed.empty()) {
+      report.last_fault =
+          hal::age_words(hal::monotonic_ns() - state.last_trouble_ns.load(std::memory_order_relaxed)) + ": " +
+          passed.front();
+    }
+  }
   find((status & status_bit::kDeviceWarm) != 0, "a motor is warm: its force is being reduced");
   find((status & status_bit::kDeviceOverSpeed) != 0, "the tip is faster than allowed: no force");
   find((status & status_bit::kDeviceOverForce) != 0, "more force was commanded than the motors may give");

@@ -84,6 +84,8 @@ struct PhantomDevice::State final : CutAtExit {
   std::atomic<std::uint64_t> home_taken{0};
   std::atomic<bool> homed{false};
   std::atomic<std::uint32_t> trouble{0};
+  std::atomic<std::uint32_t> last_trouble{0};    ///< the newest that was not 0, since the device is engaged
+  std::atomic<std::int64_t> last_trouble_ns{0};  ///< steady clock
   std::atomic<std::uint32_t> status{0};
   std::atomic<int> jumped_joint{-1};
   std::array<std::atomic<double>, 3> reported_heat{};

@@ -173,6 +173,8 @@ struct SimulatedRig::State {
   ObjectEventQueue sent;  ///< by callers of happen(), one at a time
   std::atomic<Change*> incoming{nullptr};
   std::atomic<Change*> retired{nullptr};
+  std::atomic<std::uint64_t> programs_set{0};
+  std::atomic<std::uint64_t> program_done{0};  ///< its number; 0: the one in use goes on
 
   std::uint64_t ticks = 0;
   Clock::time_point started{};
@@ -267,6 +269,9 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
     s.let_happen();
     s.simulation.step();
   }
+  // While a new object waits, another hand lifts the tool off, and the program starts again afterwards.
+  const bool is_done = s.awaiting_clearance == nullptr && s.simulation.hand_is_over();
+  s.program_done.store(is_done ? s.in_place.hand->number : 0, std::memory_order_relaxed);
 
   sample = hal::RigSample{};
   // An even clock falls on steps of the physics; any other one says how far beyond the last one it is.
@@ -344,6 +349,7 @@ std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) 
   }
   auto change = std::make_unique<Change>();
   change->hand = std::make_unique<PreparedHand>(state_->simulation.prepare(normalised));
+  change->hand->number = state_->programs_set.fetch_add(1, std::memory_order_relaxed) + 1;
   state_->publish(std::move(change));
   return std::nullopt;
 }
@@ -376,6 +382,11 @@ std::optional<hal::Error> SimulatedRig::happen(const ObjectEvent& event) {
   const MutexLock lock(state_->world);
   if (state_->sent.push(event)) return std::nullopt;
   return hal::Error{"too many object events are waiting", "simulated rig", "", "a few at a time", ""};
+}
+
+bool SimulatedRig::hand_is_done() const noexcept {
+  return state_->program_done.load(std::memory_order_relaxed) ==
+         state_->programs_set.load(std::memory_order_relaxed);
 }
 
 std::string SimulatedRig::object() const {

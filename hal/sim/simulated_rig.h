@@ -93,6 +93,8 @@ class SimulatedRig final : public hal::Rig {
   /// Sets a program, which is checked here and taken up at the next read(); the motion starts from where the
   /// hand is then. Any thread.
   std::optional<hal::Error> set_program(const HandProgram& program);
+  /// Any thread. Whether the program that was set last has come to its end (HandMotion::is_over).
+  bool hand_is_done() const noexcept;
   /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. A tip
   /// that touches the old object, or would be inside the new one, is lifted off first; then the program, a
   /// passive weight's too, starts again.

@@ -28,6 +28,7 @@ namespace hapticd::sim {
 
 /// What a hand program needs, computed before it takes over (matrix exponentials do not belong in a step).
 struct PreparedHand {
+  std::uint64_t number = 0;  ///< of the program, as its rig counts them
   HandProgram program;
   HandImpedance impedance;
   AxisDynamics across;
@@ -93,6 +94,8 @@ class Simulation {
   PreparedHand prepare(const HandProgram& program) const;
   /// Takes over from where the tip is. The objects live as long as the simulation uses them.
   void set_hand(const PreparedHand* hand) noexcept;
+  /// HandMotion::is_over() of that hand.
+  bool hand_is_over() const noexcept { return motion_ && motion_->is_over(); }
   /// Null for an empty table.
   void set_object(PlacedObject* object) noexcept;
   const PlacedObject* object() const noexcept { return object_; }

@@ -118,6 +118,14 @@ Findings examine_turntable(TurntableHost& turntable, bool probe) {
   return findings;
 }
 
+/// The last fault of the device, while the device itself reports none any more.
+std::string last_device_fault(const std::vector<hal::PartReport>& reports) {
+  for (const hal::PartReport& report : reports) {
+    if (report.part == "haptic device") return report.last_fault;
+  }
+  return {};
+}
+
 }  // namespace
 
 Findings examine_part(const hal::PartReport& report) {
@@ -146,16 +154,23 @@ Findings examine_part(const hal::PartReport& report) {
   return findings;
 }
 
-Findings examine_guard(const rt::TickRecord& newest) {
+Findings examine_guard(const rt::TickRecord& newest, const std::vector<hal::PartReport>& reports) {
   if (newest.guard_state != rt::GuardState::kLatched || newest.guard_fault == rt::GuardFault::kNone)
     return {};
   const rt::FaultRule& rule = rt::rule_of(newest.guard_fault);
   // A stop is intended; all other faults keep the device from working.
   const bool wanted = newest.guard_fault == rt::GuardFault::kStopped;
+  std::string cause(rule.cause);
+  std::string remedy(rule.remedy);
+  if (newest.guard_fault == rt::GuardFault::kDeviceFault) {
+    // The rule's remedy leads here.
+    remedy = "check cable and supply of the device, then start again";
+    if (const std::string last = last_device_fault(reports); !last.empty()) cause += " (last: " + last + ")";
+  }
   return {{wanted ? kWarning : kProblem, "guard",
-           fmt::format("latched, {}: {}; no force until it is cleared", rule.name, rule.cause),
+           fmt::format("latched, {}: {}; no force until it is cleared", rule.name, cause),
            wanted ? "hapticctl clear, when the reason is gone"
-                  : fmt::format("{}; then hapticctl clear", rule.remedy)}};
+                  : fmt::format("{}; then hapticctl clear", remedy)}};
 }
 
 Findings diagnose(const Diagnosed& rig, bool probe) {
@@ -168,7 +183,7 @@ Findings diagnose(const Diagnosed& rig, bool probe) {
   };
   SceneWatch scene(rig);
   add(examine_loop(session));
-  add(examine_guard(rig.hub.latest()));
+  add(examine_guard(rig.hub.latest(), session.part_reports()));
   add(scene.findings());
   const Session::Probe looked = probe ? session.probe_parts() : Session::Probe{session.part_reports(), {}};
   if (looked.error)

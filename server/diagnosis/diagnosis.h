@@ -14,8 +14,9 @@ class TurntableHost;
 /// Examines a report on a part of the rig.
 Findings examine_part(const hal::PartReport& report);
 
-/// Examines why the guard withholds force, by the newest record; nothing if it does not.
-Findings examine_guard(const rt::TickRecord& newest);
+/// Examines why the guard withholds force, by the newest record; nothing if it does not. A fault of the device
+/// that has passed is named by its report.
+Findings examine_guard(const rt::TickRecord& newest, const std::vector<hal::PartReport>& reports);
 
 /// What to examine.
 struct Diagnosed {

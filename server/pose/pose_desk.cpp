@@ -72,7 +72,7 @@ std::optional<Refusal> PoseDesk::refusal(const PoseRequest& request) const {
                  {"no reference frame is known", "SubscribePosesRequest.frame", "POSE_FRAME_REFERENCE",
                   "an adopted calibration that registers the rig to a tracker",
                   adopted ? "the adopted calibration has no registration: calibrate with the tracker's poses"
-                          : "calibrate and adopt a calibration, or ask for POSE_FRAME_RIG"}};
+                          : "calibrate and adopt a calibration, or take the frame POSE_FRAME_RIG"}};
 }
 
 std::optional<Refusal> PoseDesk::subscribe(const PoseRequest& request, double rate_hz,

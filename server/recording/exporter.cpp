@@ -179,8 +179,8 @@ Outcome<TemporaryExport> export_recording(const std::string& recording, const st
   if (made < 0) return cannot_export("no file for the export can be made", std::strerror(errno), "");
   close(made);
   TemporaryExport table(path);
-  std::vector<std::string> words{program_path(), recording,    "--out",        table.path(),
-                                 "--format",     order.format, "--json-errors"};
+  std::vector<std::string> words{program_path(), recording,    "--out",         table.path(),
+                                 "--format",     order.format, "--json-errors", "--refuse-links"};
   words.insert(words.end(), {"--from", toml_number(order.from_s), "--to", toml_number(order.to_s),
                              "--decimation", std::to_string(order.decimation)});
   for (const std::string& column : order.columns) words.push_back("--columns=" + column);

@@ -13,7 +13,7 @@ import threading
 import time
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 import grpc
 import numpy as np
@@ -312,6 +312,30 @@ def test_a_killed_program_loses_its_lease(rig: hapticd.Rig) -> None:
                 break
     with rig.lease("the next"):
         pass
+
+
+def test_the_simulated_hand_is_waited_for(start_daemon: Callable[..., Any]) -> None:
+    daemon = start_daemon("--scene", "tap_1d")
+    with hapticd.connect(daemon.address) as rig:
+        press = {"kind": "press", "force_n": 1.0, "force_rate_n_per_s": 10.0, "hold_s": 0.2}
+        data = rig.read_hand(press, ["contact"])
+        assert data["contact_in_contact"].any() and not data["contact_in_contact"][-1]
+        assert rig.get_simulation().hand_is_done
+        rig.set_hand_program(press)
+        assert not rig.get_simulation().hand_is_done
+        rig.wait_for_hand()
+        assert not rig.get_rig_state().in_contact
+        with pytest.raises(hapticd.TimedOut, match="has not ended its program"):
+            rig.read_hand({**press, "hold_s": -1.0}, ["contact"], timeout_s=2.0)
+        with pytest.raises(hapticd.TimedOut, match="longer timeout_s"):
+            rig.wait_for_hand(0.1)
+
+    async def waits() -> None:
+        async with await hapticd.aio.connect(daemon.address) as rig:
+            await rig.set_hand_program({"kind": "rest"})
+            await rig.wait_for_hand()
+
+    asyncio.run(waits())
 
 
 def test_telemetry_comes_as_columns(rig: hapticd.Rig) -> None:

@@ -95,8 +95,15 @@ def test_stop_works_by_key_and_by_button_and_says_why_there_is_no_force(page: Pa
     page.click("Clear: let the force return")
     page.says("Cleared stopped")
     page.wait(lambda: state_of(daemon).guard_state in (rig_pb2.GUARD_STATE_RESUMING, rig_pb2.GUARD_STATE_RENDERING))
+    # Without a scene nothing is rendered, and nothing is estimated.
+    with hapticd.connect(daemon.address) as rig:
+        rig.unload_scene()
+    page.says("no force: no scene is loaded")
+    page.says("None. Without a scene there is no force.")
+    assert "unspecified" not in page.text()
     # In an input field, and while the socket is stuck, too.
     page.view("scene")
+    page.says("feasible: not known, no scene is loaded")
     page.run("window.WebSocket = function () { throw new Error('stuck'); };")
     page.field("hand force in N").send_keys(Keys.ESCAPE)
     page.wait(lambda: state_of(daemon).guard_state == rig_pb2.GUARD_STATE_LATCHED)
@@ -215,7 +222,7 @@ def test_the_other_views_show_what_there_is(page: Page, daemon: Any) -> None:  #
     page.view("turntable")
     page.says("this rig has no turntable")
     page.view("experiment")
-    page.says("this scene judges none")
+    page.says("this scene has none")
     assert page.driver.find_element("id", "force").value_of_css_property("visibility") == "hidden"
     page.view("poses")
     page.says("mm")

@@ -403,4 +403,4 @@ def test_the_page_in_a_browser(browser: Any, tmp_path: Path) -> None:
     assert [event["answer"] for event in events if event["event"] == "answer"] == ["second", "second"]
     noise = [event for event in events if event["event"] == "noise"]
     assert len(noise) == 4 and all(event["state"] == "running" for event in noise)
-    assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE" and "favicon" not in entry["message"]]
+    assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]

@@ -152,6 +152,10 @@ def test_is_a_client_of_the_daemon(browser: Any, tmp_path: Path) -> None:
         until(browser, "Number.isFinite(s.ageMs) && s.ageMs < 2000")
         assert "not calibrated" in browser.find_element("id", "error").text
         assert "known within" in browser.find_element("id", "clock").text
+        # A half-sphere is drawn where one is.
+        for name, is_dome in (("sponge_block", False), ("phantom", True), ("none", False)):
+            subprocess.run([*ctl, "sim", "object", name], check=True)
+            until(browser, f"s.object === '{name}' && s.drawn.includes('tool') && s.drawn.includes('dome') === {str(is_dome).lower()}")
         assert not complaints(browser)
     finally:
         daemon.end()

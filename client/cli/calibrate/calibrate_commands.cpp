@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
@@ -55,8 +56,10 @@ void print_calibration(const v1::Calibration& c) {
   row("residual", fmt::format("{:.2f} mm rms at the poses themselves: says nothing about the target error",
                               c.fiducial_residual_mm()));
   for (const auto& p : c.parameters()) {
-    row(p.name().c_str(), fmt::format("{:.5g} ± {:.2g} {}; the device has {:.5g}", p.value(),
-                                      p.standard_error(), p.unit() == "1" ? "" : p.unit(), p.nominal()));
+    constexpr double kRounding = 1e-9;  // what computing leaves of 0
+    const double nominal = std::abs(p.nominal()) < kRounding ? 0.0 : p.nominal();
+    row(p.name().c_str(), fmt::format("{:.5g} ± {:.2g} {}; nominally {:.5g}", p.value(), p.standard_error(),
+                                      p.unit() == "1" ? "" : p.unit(), nominal));
   }
   for (const std::string& line : table.lines(terminal)) print_line(line);
 }

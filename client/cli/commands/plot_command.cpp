@@ -5,6 +5,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/plot/recording_figure.h"
+#include "client/cli/plot/recording_table.h"
 #include "client/cli/session/print.h"
 
 namespace hapticd::cli {
@@ -27,8 +28,10 @@ void add_plot_command(CLI::App& app, Session& session) {
       "the truth of a simulated rig over the true one: an object that has not yet recovered from the press "
       "before\n"
       "begins deeper, and its true curve is shifted; the plot says by how much.\n\n"
-      "Example:\n  hapticctl plot press.csv --out press.svg");
-  command->add_option("RECORDING.csv", options->recording, "Written by hapticctl telemetry record")
+      "Examples:\n  hapticctl plot press.csv --out press.svg\n  hapticctl plot press.mcap --out press.svg");
+  command
+      ->add_option("RECORDING", options->recording,
+                   "CSV of hapticctl telemetry record; MCAP, HDF5 or CSV of hapticctl record")
       ->required();
   command->add_option("-o,--out", options->svg, "Where to write the plot (SVG)")->required();
   command->callback([&session, options] {
@@ -36,7 +39,7 @@ void add_plot_command(CLI::App& app, Session& session) {
       throw LocalError("plots are drawn as SVG only", "--out", options->svg, "a name that ends in .svg",
                        "convert it afterwards, e.g. with rsvg-convert");
     }
-    const CsvTable table = CsvTable::read(options->recording);
+    const CsvTable table = read_recording(options->recording);
     write_svg(recording_figure(table), options->svg);
     if (session.json) return print_json({{"plot", options->svg}, {"samples", table.rows()}});
     print_line("{}: {} samples drawn", options->svg, table.rows());

@@ -18,6 +18,9 @@ client::SceneSource source_of(const std::string& name_or_file, const std::string
                        std::filesystem::is_regular_file(name_or_file);
   client::SceneSource source;
   (is_file ? source.toml : source.name) = is_file ? read_text_file(name_or_file) : name_or_file;
+  if (is_file && source.toml.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw LocalError("the scene file is empty", name_or_file, "", "",
+                     "hapticctl scene show tap_1d prints one to begin with");
   source.object_model = object_model;
   return source;
 }
@@ -38,21 +41,27 @@ std::string cost_text(const v1::SceneCost& cost) {
                      cost.p999_ns(), cost.ticks(), cost.remark());
 }
 
-void print_outline(const v1::SceneOutline& outline) {
+/// All that is known of a scene, or what a user has to mind who loads it.
+enum class Detail { kAll, kBrief };
+
+void print_outline(const v1::SceneOutline& outline, Detail detail) {
   const Terminal terminal = Terminal::detect();
   print_line("{}  {}", terminal.bold(outline.name()), outline.description());
   TextTable table;
-  table.add({"tip", outline.tip()});
+  const bool is_whole = detail == Detail::kAll;
+  if (is_whole) table.add({"tip", outline.tip()});
   table.add({"object model", outline.object_model()});
-  for (int i = 0; i < outline.stages_size(); ++i) table.add({i == 0 ? "stages" : "", outline.stages(i)});
-  table.add({"hardware", listed(outline.hardware())});
-  if (outline.model_needs().empty()) table.add({"models", listed(outline.models())});
+  if (is_whole) {
+    for (int i = 0; i < outline.stages_size(); ++i) table.add({i == 0 ? "stages" : "", outline.stages(i)});
+    table.add({"hardware", listed(outline.hardware())});
+  }
+  if (is_whole && outline.model_needs().empty()) table.add({"models", listed(outline.models())});
   for (int i = 0; i < outline.model_needs_size(); ++i) {
     table.add({i == 0 ? "models" : "", need_text(outline.model_needs(i), terminal)});
   }
   for (int i = 0; i < outline.remarks_size(); ++i)
     table.add({i == 0 ? "of the rig" : "", outline.remarks(i)});
-  table.add({"telemetry", listed(outline.telemetry_groups())});
+  if (is_whole) table.add({"telemetry", listed(outline.telemetry_groups())});
   table.add(
       {"target", fmt::format("{}{:g} N/mm at load, at most {:g} N/mm",
                              outline.target_law().empty() || outline.target_law() == "linear"
@@ -109,8 +118,9 @@ void add_scene_command(CLI::App& app, Session& session) {
   load->callback([&session, argument, model] {
     const auto answer = session.connect().load_scene(source_of(*argument, *model));
     if (session.json) return print_json(to_json(answer));
-    print_outline(answer.outline());
-    print_line("renders from tick {}", answer.effective_tick());
+    print_outline(answer.outline(), Detail::kBrief);
+    print_line("in use from tick {}; its stages: hapticctl scene explain {}", answer.effective_tick(),
+               *argument);
   });
 
   scene->add_subcommand("unload", "No scene: zero force")
@@ -140,7 +150,7 @@ void add_scene_command(CLI::App& app, Session& session) {
   explain->callback([&session, argument, model] {
     const auto outline = session.connect().explain_scene(source_of(*argument, *model));
     if (session.json) return print_json(to_json(outline));
-    print_outline(outline);
+    print_outline(outline, Detail::kAll);
     print_line("");
     print_line(Terminal::detect().bold("with every default written out"));
     print_text(outline.resolved_toml());

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -24,6 +25,19 @@ void print_simulation(const v1::SimulationInfo& info) {
   table.print(Terminal::detect());
 }
 
+/// Ctrl-C and the end of the daemon end a wait.
+constexpr std::chrono::hours kForEver{1000};
+
+/// Throws LocalError for a program that goes on until the next one: no wait for it would end.
+void check_ends(const v1::HandProgram& program) {
+  const auto refuse = [](const char* option, double number) {
+    throw LocalError("the hand never ends such a program", option, fmt::format("{:g}", number),
+                     "0 or more with --wait", "leave out --wait");
+  };
+  if (program.hold_s() < 0.0) refuse("--hold", program.hold_s());
+  if (program.repetitions() < 0) refuse("--repetitions", program.repetitions());
+}
+
 /// One hand program on the command line: its own options write straight into the message that will be sent.
 class ProgramCommand {
  public:
@@ -35,11 +49,20 @@ class ProgramCommand {
     option("--tilt", &v1::HandProgram::set_tilt_deg,
            "The tool sways so far about x and y, in degrees (0 to 60)");
     command_->footer(std::string("Examples:\n") + examples);
-    command_->callback([&session, program = program_] {
-      session.connect().set_hand_program(*program);
-      if (session.json) return print_json({{"program", to_json(*program)}});
-      print_line("the hand begins: {}", word(program->kind()));
+    command_->callback([&session, program = program_, waits = waits_] {
+      client::Client client = session.connect();
+      if (*waits) check_ends(*program);
+      client.set_hand_program(*program);
+      if (*waits) client.wait_for_hand(kForEver);
+      if (session.json) return print_json({{"program", to_json(*program)}, {"done", *waits}});
+      print_line("the hand {}: {}", *waits ? "is done" : "begins", word(program->kind()));
     });
+  }
+
+  /// For programs that come to an end.
+  ProgramCommand& wait() {
+    command_->add_flag("--wait", *waits_, "Return when the hand is done and the tool is free");
+    return *this;
   }
 
   ProgramCommand& option(const char* name, void (v1::HandProgram::*set)(double), const char* description) {
@@ -73,6 +96,7 @@ class ProgramCommand {
 
  private:
   std::shared_ptr<v1::HandProgram> program_;
+  std::shared_ptr<bool> waits_ = std::make_shared<bool>(false);
   CLI::App* command_;
 };
 
@@ -84,7 +108,8 @@ void add_hand_programs(CLI::App& sim, Session& session) {
   hand->footer("Examples:\n  hapticctl sim hand press --force 2 --hold 3\n  hapticctl sim hand rest");
 
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_REST, "Holds the tool still above the object",
-                 "  hapticctl sim hand rest");
+                 "  hapticctl sim hand rest\n  hapticctl sim hand rest --wait")
+      .wait();
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_FOLLOW,
                  "Holds the tool loosely and goes along with the guide", "  hapticctl sim hand follow");
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_TAP, "Strikes the object repeatedly",
@@ -94,10 +119,11 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--rate", &P::set_rate_hz, "Taps a second")
       .option("--slant", &P::set_tap_slant_deg, "Path from the vertical, in degrees (0 to 60)")
       .vector("--direction", &P::mutable_stroke_direction, "Direction of a slanted path, rig frame: x y z")
-      .repetitions();
-  ProgramCommand(
-      *hand, session, v1::HAND_PROGRAM_KIND_PRESS, "Slow approach, press, hold, release",
-      "  hapticctl sim hand press --force 2 --hold 3\n  hapticctl sim hand press --depth 5 --hold -1")
+      .repetitions()
+      .wait();
+  ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_PRESS, "Slow approach, press, hold, release",
+                 "  hapticctl sim hand press --force 2 --hold 3 --wait\n"
+                 "  hapticctl sim hand press --depth 5 --hold -1")
       .option("--force", &P::set_force_n, "Press to this force, in N (0 to 30)")
       .option("--depth", &P::set_depth_mm, "Press to this depth instead, in mm (0 to 50)")
       .option("--force-rate", &P::set_force_rate_n_per_s, "How fast the force builds up, in N/s")
@@ -105,7 +131,8 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--hold", &P::set_hold_s, "Seconds at full force; negative = for ever")
       .vector("--place", &P::mutable_place_mm, "Where, next to the usual place, in mm: x y z")
       .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)")
-      .repetitions();
+      .repetitions()
+      .wait();
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_STROKE, "Presses and moves along the surface and back",
                  "  hapticctl sim hand stroke --force 1.5 --speed 100 --length 40 --direction 0 1 0")
       .option("--force", &P::set_force_n, "Normal force, in N (0 to 30)")
@@ -113,7 +140,8 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--length", &P::set_stroke_length_mm, "Length of a stroke, in mm; then back")
       .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)")
       .vector("--direction", &P::mutable_stroke_direction, "Along the surface, rig frame: x y z")
-      .repetitions();
+      .repetitions()
+      .wait();
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_WEIGHT,
                  "A mass on the grip instead of a hand, lowered and left",
                  "  hapticctl sim hand weight --mass 408")

@@ -34,9 +34,9 @@ double number(std::string_view cell) {
 
 }  // namespace
 
-CsvTable CsvTable::read(const std::string& path) {
+CsvTable CsvTable::read(const std::string& path, const std::string& shown_as) {
   CsvTable table;
-  table.path_ = path;
+  table.path_ = shown_as;
   std::istringstream text(read_text_file(path));
   std::vector<std::vector<double>*> in_order;
   std::string line;
@@ -45,7 +45,7 @@ CsvTable CsvTable::read(const std::string& path) {
     if (line.empty() || line.front() == '#') continue;
     const auto cells = split(line);
     if (cells.size() > kMaxColumns) {
-      throw LocalError("a line has too many cells", fmt::format("{}, line {}", path, line_number),
+      throw LocalError("a line has too many cells", fmt::format("{}, line {}", shown_as, line_number),
                        fmt::format("{} cells", cells.size()), fmt::format("at most {}", kMaxColumns));
     }
     if (in_order.empty()) {
@@ -54,13 +54,13 @@ CsvTable CsvTable::read(const std::string& path) {
     }
     if (cells.size() != in_order.size()) {
       throw LocalError("a row has another number of cells than the head of the table",
-                       fmt::format("{}, line {}", path, line_number), fmt::format("{} cells", cells.size()),
-                       fmt::format("{} cells", in_order.size()));
+                       fmt::format("{}, line {}", shown_as, line_number),
+                       fmt::format("{} cells", cells.size()), fmt::format("{} cells", in_order.size()));
     }
     for (std::size_t i = 0; i < cells.size(); ++i) in_order[i]->push_back(number(cells[i]));
     ++table.rows_;
   }
-  if (table.rows_ == 0) throw LocalError("there are no samples in the recording", path);
+  if (table.rows_ == 0) throw LocalError("there are no samples in the recording", shown_as);
   return table;
 }
 

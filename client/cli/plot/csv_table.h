@@ -12,7 +12,9 @@ class CsvTable {
  public:
   /// Throws LocalError naming the file and the line: no columns, no rows, or a row with too few or too many
   /// cells.
-  static CsvTable read(const std::string& path);
+  static CsvTable read(const std::string& path) { return read(path, path); }
+  /// `shown_as`: the file that the table is of, where `path` is a copy of it.
+  static CsvTable read(const std::string& path, const std::string& shown_as);
 
   bool has(const std::string& column) const { return columns_.contains(column); }
   /// Throws LocalError naming the column that is missing.

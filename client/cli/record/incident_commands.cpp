@@ -1,10 +1,6 @@
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -14,6 +10,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/plot/csv_table.h"
 #include "client/cli/plot/figure.h"
+#include "client/cli/plot/temporary_csv.h"
 #include "client/cli/record/download.h"
 #include "client/cli/record/incident_figure.h"
 #include "client/cli/record/recording_files.h"
@@ -31,30 +28,6 @@ constexpr double kShownAfterS = 0.1;
 struct ShowOptions {
   std::string id;
   std::string svg;
-};
-
-/// A file in a folder of this program's own, deleted with the object: others can put no link in its way.
-class TemporaryCsv {
- public:
-  TemporaryCsv() {
-    folder_ = (std::filesystem::temp_directory_path() / "hapticctl-incident-XXXXXX").string();
-    if (mkdtemp(folder_.data()) == nullptr) {
-      throw LocalError("no folder for a temporary file can be made", folder_, std::strerror(errno), "",
-                       "see TMPDIR");
-    }
-    path_ = folder_ + "/incident.csv";
-  }
-  ~TemporaryCsv() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  TemporaryCsv(const TemporaryCsv&) = delete;
-  TemporaryCsv& operator=(const TemporaryCsv&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string folder_;
-  std::string path_;
 };
 
 /// The comments of the file that begin with `head`, without it.

@@ -6,9 +6,10 @@
 #include <unistd.h>
 
 #include <cstring>
-#include <filesystem>
 #include <string_view>
 #include <vector>
+
+#include "client/cli/session/own_program.h"
 
 extern char** environ;
 
@@ -24,14 +25,6 @@ LocalError cannot_start(const std::string& why) {
                     "hapticd-console");
 }
 
-/// Path of the program: next to this one, else where the system looks.
-std::string program_path() {
-  std::error_code unknown;
-  const auto own = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  const auto neighbour = own.parent_path() / "hapticd-console";
-  return !unknown && std::filesystem::exists(neighbour, unknown) ? neighbour.string() : "hapticd-console";
-}
-
 std::string first_line_of(int descriptor) {
   std::string line;
   char c = 0;
@@ -42,12 +35,10 @@ std::string first_line_of(int descriptor) {
 }  // namespace
 
 std::string start_console_program(const Session& session) {
-  std::vector<std::string> words{program_path(), "--personal", "--server",
-                                 session.server, "--listen",   "127.0.0.1:0"};
+  std::vector<std::string> words{
+      own_program("hapticd-console"), "--personal", "--server", session.server, "--listen", "127.0.0.1:0"};
   if (!session.certificates.empty()) words.insert(words.end(), {"--certificates", session.certificates});
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
+  std::vector<char*> arguments = argument_pointers(words);
 
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw cannot_start(std::strerror(errno));

@@ -3,6 +3,7 @@
 #include <google/protobuf/descriptor.h>
 
 #include <array>
+#include <cctype>
 #include <cstddef>
 #include <regex>
 #include <string_view>
@@ -42,11 +43,28 @@ std::string command_of(const std::string& method) {
   return method;
 }
 
-/// The word of a value of any enumeration of the contract; empty for other texts.
+/// "PoseFrame" for "POSE_FRAME".
+std::string type_name_of(std::string_view prefix) {
+  std::string name;
+  bool begins = true;
+  for (const char c : prefix) {
+    if (c != '_') name += begins ? c : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    begins = c == '_';
+  }
+  return name;
+}
+
+/// The word of a value of any enumeration of the contract; empty for other texts. The enumeration is looked
+/// for, not its value: the library finds values only of files that were used before.
 std::string word_of_value(const std::string& name) {
-  const auto* value =
-      google::protobuf::DescriptorPool::generated_pool()->FindEnumValueByName("hapticd.v1." + name);
-  return value == nullptr ? std::string() : enum_word(*value->type(), value->number());
+  const auto* pool = google::protobuf::DescriptorPool::generated_pool();
+  for (std::size_t end = name.rfind('_'); end != std::string::npos && end > 0;
+       end = name.rfind('_', end - 1)) {
+    const auto* type = pool->FindEnumTypeByName("hapticd.v1." + type_name_of(name.substr(0, end)));
+    const auto* value = type == nullptr ? nullptr : type->FindValueByName(name);
+    if (value != nullptr) return enum_word(*type, value->number());
+  }
+  return {};
 }
 
 template <class Replace>
@@ -62,7 +80,8 @@ std::string replaced(const std::string& text, const std::regex& pattern, Replace
   return result.append(begin, text.end());
 }
 
-/// Bytes of a text of which words are looked for: matching takes stack for each, and a daemon's text may be long.
+/// Bytes of a text of which words are looked for: matching takes stack for each, and a daemon's text may be
+/// long.
 constexpr std::size_t kMaxSearched = 2000;
 
 std::string in_words(const std::string& text) {
@@ -86,6 +105,7 @@ v1::ErrorDetail in_command_words(v1::ErrorDetail detail) {
   detail.set_limit(in_words(detail.limit()));
   detail.set_remedy(in_words(detail.remedy()));
   detail.set_what(in_words(detail.what()));
+  if (const std::string word = word_of_value(detail.value()); !word.empty()) detail.set_value(word);
   return detail;
 }
 

@@ -64,7 +64,7 @@ std::string contact_words(const LiveState& state) {
   if (!state.in_contact) return "";
   if (!*state.in_contact) return "free";
   if (state.authority >= 1.0) return "in contact";
-  return fmt::format("in contact, with {:.0f} % of the force: so much the evidence of an object allows",
+  return fmt::format("in contact, {:.0f} % of the force so far: the object is not certain yet",
                      std::floor(100.0 * state.authority));
 }
 
@@ -159,7 +159,8 @@ std::string sensor_zero_words(const v1::RigState& state) {
     return followed + ": at the bound; hapticctl sensor bias, with the tool free and at rest";
   }
   if (has_fault(state, v1::GUARD_FAULT_SENSOR_ZERO_FAR)) {
-    return followed + ": far, or it reads something in motion; hapticctl sensor bias, with the tool free and at rest";
+    return followed +
+           ": far, or it reads something in motion; hapticctl sensor bias, with the tool free and at rest";
   }
   return followed;
 }

@@ -61,7 +61,7 @@ export function show(place, {rig}) {
         showPast();
       }
       last = number;
-      now.set('presentation', Number.isNaN(presentation) ? 'this scene judges none' : number ? `number ${number} runs` : 'none runs');
+      now.set('presentation', Number.isNaN(presentation) ? 'this scene has none' : number ? `number ${number} runs` : 'none runs');
       now.set('flaws', number ? names(bits).join(', ') || 'none' : '–');
       now.set('guide', GUIDE[guide] || '–');
       now.set('contact', contact ? 'touches' : 'is free');

@@ -2,7 +2,7 @@
 
 import {rpc, stream} from '/api.js';
 import {colour, drawCoverage, drawXY, fitCanvas} from '/plot.js';
-import {action, card, duration, el, errorBox, fill, num, setText, short, table, word} from '/ui.js';
+import {action, card, duration, el, errorBox, fill, num, parameterWords, setText, short, table, word} from '/ui.js';
 
 // What can be identified: the task of the contract, and what it asks.
 const TASKS = [
@@ -79,7 +79,7 @@ export function show(place, {rig}) {
     fill(missing, [...p.missing.map((text) => 'missing: ' + text), ...p.remarks].map((text) => el('li', {}, text)));
     fill(problem, p.problem ? errorBox({message: p.problem.what, detail: p.problem}) : null);
     fill(parameters, p.parameters.length ? table(['parameter', 'value', '± (standard error)'], p.parameters.map((one) =>
-      [one.name.replace(/_n_.*/, '').replaceAll('_', ' '), short(one.value, one.unit), short(one.standard_error, one.unit)]), {alignRight: [1, 2]}) : null);
+      [parameterWords(one.name), short(one.value, one.unit), short(one.standard_error, one.unit)]), {alignRight: [1, 2]}) : null);
     if (plots.length !== p.coverage.length) {
       clearPlots();
       plots = p.coverage.map(() => {

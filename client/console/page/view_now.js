@@ -7,6 +7,15 @@ const SLOW_MS = 2000;
 
 const ACTIONS = {FAULT_ACTION_WARN: 'warns only', FAULT_ACTION_RAMP_TO_ZERO: 'force falls to zero', FAULT_ACTION_CUT: 'zero force at once'};
 
+/// Without a scene, or without a usable force, nothing is estimated.
+const isEstimated = (state) => Boolean(state.scene) && state.contact_reason && !state.contact_reason.endsWith('_UNSPECIFIED');
+
+function contactWords(state) {
+  if (!isEstimated(state)) return '–';
+  if (state.in_contact) return 'yes';
+  return state.contact_reason === 'CONTACT_REASON_AWAITING_FREE' ? 'unknown: move the tool in free air' : word(state.contact_reason, 'CONTACT_REASON_') || 'no';
+}
+
 export function show(place, {rig}) {
   const guard = facts([['state', 'guard'], ['fault', 'cause'], ['scene', 'scene'], ['target', 'target stiffness'], ['contact', 'contact'],
     ['reaction', 'force of the object'], ['hand', 'force felt by the hand'], ['displacement', 'displacement']]);
@@ -45,8 +54,9 @@ export function show(place, {rig}) {
 
   let lastFaults = '', lastParts = '';
   function showFaults(state) {
+    const none = state.scene ? 'None. The force passes the guard.' : 'None. Without a scene there is no force.';
     const present = [...new Set([state.guard_fault, ...state.faults_present])].filter((f) => f && !/UNSPECIFIED|_NONE$/.test(f));
-    const key = present.join() + state.guard_state + Boolean(rules);
+    const key = present.join() + state.guard_state + Boolean(rules) + none;
     if (key === lastFaults) return;
     lastFaults = key;
     fill(faults, present.length ? present.map((name) => {
@@ -58,7 +68,7 @@ export function show(place, {rig}) {
         rule ? [el('div', {}, rule.cause), el('div', {class: 'muted'}, ACTIONS[rule.action] || '',
           rule.clearing === 'FAULT_CLEARING_ITSELF' ? '; ends by itself' : rule.clearing === 'FAULT_CLEARING_ANY_CLIENT' ? '; stays until it is cleared' : ''),
           el('div', {class: 'remedy'}, rule.remedy)] : null);
-    }) : el('p', {class: 'muted'}, 'None. The force passes the guard.'));
+    }) : el('p', {class: 'muted'}, none));
   }
   function showParts(state) {
     const key = JSON.stringify(state.parts.map((p) => [p.part, p.state, p.connection, p.findings]));
@@ -72,14 +82,16 @@ export function show(place, {rig}) {
 
   function update(state) {
     if (!state || stopped) return;
-    guard.set('state', word(state.guard_state, 'GUARD_STATE_'));
+    const renders = state.guard_state === 'GUARD_STATE_RENDERING';
+    guard.set('state', renders && !state.scene ? 'no force: no scene is loaded' : word(state.guard_state, 'GUARD_STATE_'));
     guard.set('fault', /NONE|UNSPECIFIED/.test(state.guard_fault) ? '–' : word(state.guard_fault, 'GUARD_FAULT_'));
     guard.set('scene', state.scene || 'none loaded');
-    guard.set('target', num(state.target_stiffness_n_per_mm, 'N/mm', 3));
-    guard.set('contact', state.in_contact ? 'yes' : state.contact_reason === 'CONTACT_REASON_AWAITING_FREE' ? 'unknown: move the tool in free air' : word(state.contact_reason, 'CONTACT_REASON_') || 'no');
-    guard.set('reaction', num(state.reaction_force_n, 'N', 2));
-    guard.set('hand', num(state.hand_force_n, 'N', 2));
-    guard.set('displacement', num(state.displacement_mm, 'mm', 2));
+    guard.set('contact', contactWords(state));
+    const estimated = (value, unit, digits) => (isEstimated(state) ? num(value, unit, digits) : '–');
+    guard.set('target', estimated(state.target_stiffness_n_per_mm, 'N/mm', 3));
+    guard.set('reaction', estimated(state.reaction_force_n, 'N', 2));
+    guard.set('hand', estimated(state.hand_force_n, 'N', 2));
+    guard.set('displacement', estimated(state.displacement_mm, 'mm', 2));
     clear.disabled = state.guard_state !== 'GUARD_STATE_LATCHED';
     const l = state.loop;
     loop.set('ticks', count(l.ticks));

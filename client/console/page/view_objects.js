@@ -2,7 +2,7 @@
 
 import {rpc} from '/api.js';
 import {colour, drawXY, fitCanvas} from '/plot.js';
-import {action, card, el, errorBox, fill, num, short, table} from '/ui.js';
+import {action, card, el, errorBox, fill, num, parameterWords, short, table} from '/ui.js';
 
 const percent = (value) => value === undefined ? '–' : num(100 * value, '%', 1);
 
@@ -25,7 +25,7 @@ export function show(place) {
     if (gone) return;
     fill(stored, answer.models.length ? table(['', 'object', 'kind', 'parameters', 'residual', 'stored', 'hash', ''], answer.models.map((m) => [
       el('input', {type: 'checkbox', checked: chosen.includes(m.hash), 'aria-label': `compare ${m.object} ${m.hash.slice(0, 8)}`, onchange: (event) => choose(m.hash, event.target.checked)}),
-      m.object || '–', m.kind, m.parameters.map((p) => `${p.name.replace(/_n_.*/, '').replaceAll('_', ' ')} ${short(p.value, p.unit)}`).join(', '), num(100 * m.residual, '%', 1), new Date(Number(m.stored_at_unix_s) * 1000).toLocaleString('sv'),
+      m.object || '–', m.kind, m.parameters.map((p) => `${parameterWords(p.name)} ${short(p.value, p.unit)}`).join(', '), num(100 * m.residual, '%', 1), new Date(Number(m.stored_at_unix_s) * 1000).toLocaleString('sv'),
       m.hash.slice(0, 8) + (m.in_use ? ' (in use)' : ''), action('tag', async () => {
         const tag = prompt('Name of the tag:');
         if (!tag) return '';
@@ -58,7 +58,7 @@ export function show(place) {
       if (gone) return;
       const name = (m) => `${m.object} ${m.hash.slice(0, 8)}`;
       fill(compared, table(['parameter', name(diff.a), name(diff.b), 'difference', 'in standard errors'], diff.parameters.map((p) => [
-        p.name, short(p.value_a, p.unit), short(p.value_b, p.unit), percent(p.relative), p.deviations === undefined ? '–' : num(p.deviations, '', 1)]), {alignRight: [1, 2, 3, 4]}),
+        parameterWords(p.name), short(p.value_a, p.unit), short(p.value_b, p.unit), percent(p.relative), p.deviations === undefined ? '–' : num(p.deviations, '', 1)]), {alignRight: [1, 2, 3, 4]}),
       el('ul', {class: 'plain'}, diff.remarks.map((text) => el('li', {}, text))));
       curves = [diff.a, diff.b].map((m, i) => ({points: curve(m), title: name(m), colour: colour(i)})).filter((one) => one.points.length);
       draw();

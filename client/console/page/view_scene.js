@@ -49,6 +49,11 @@ export function show(place, {rig}) {
   async function readBand() {
     const pressed = rig.state?.in_contact;
     hand.disabled = object.disabled = Boolean(pressed);
+    if (rig.state && !rig.state.scene) {
+      feasible = null;
+      setText(bandText, 'feasible: not known, no scene is loaded');
+      return showBand();
+    }
     try {
       feasible = await rpc('RenderingService/GetFeasibleRange', pressed ? {}
         : {hand_force_n: Number(hand.value), object_stiffness_n_per_mm: Number(object.value)});
@@ -124,7 +129,7 @@ export function show(place, {rig}) {
       return `The simulated hand: ${label.toLowerCase()}.`;
     }, simSaid);
     fill(simulated, card('Simulated hand and object',
-      el('p', {class: 'hint'}, 'This rig is simulated: here someone presses.'),
+      el('p', {class: 'hint'}, 'This rig is simulated: its hand presses as you say here.'),
       el('div', {class: 'row'}, objects, action('Put it under the tool', async () => {
         const done = await rpc('SimulationService/SetObject', {name: objects.value});
         object.value = done.simulation.object_stiffness_n_per_mm.toFixed(2);

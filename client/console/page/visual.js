@@ -6,7 +6,7 @@
 //          &rate=120           poses a second
 //          &background=clear   nothing behind, for see-through displays; camera = what a camera sees (simulated rigs), dark
 //          &stereo=1           two pictures side by side, eyes 63 mm apart
-//          &phantom=60         radius of the half-sphere in mm; 0 = none
+//          &phantom=60         draws a half-sphere of this radius in mm; 0 = none. Without: where a simulated phantom is there
 //          &frame=reference    of the calibration's tracker
 //          &panel=off          the picture alone
 //          &source=demo        no daemon: a hand that palpates
@@ -17,13 +17,18 @@ import { Scene3d, along, ellipsoid, minus, norm, placed, plus, posed, projected,
 const params = new URLSearchParams(location.search);
 const number = (name, otherwise) => (params.has(name) && Number.isFinite(Number(params.get(name))) ? Number(params.get(name)) : otherwise);
 const view = {
-  predictMs: number('predict', 30), displayMs: number('display', 20), rateHz: number('rate', 120), radius: number('phantom', 60),
+  predictMs: number('predict', 30), displayMs: number('display', 20), rateHz: number('rate', 120), radius: number('phantom', NaN),
   stereo: params.get('stereo') === '1', background: params.get('background') || 'camera', frame: params.get('frame') || 'rig',
   demo: params.get('source') === 'demo',
 };
 /// Time beyond which a velocity says nothing about where the tool is.
 const MAX_EXTRAPOLATION_MS = 50;
 const STALE_MS = 500;
+const OBJECT_EVERY_MS = 2000;
+/// A smaller distance between the overlay and the tool is not seen.
+const SEEN_MM = 0.1;
+/// Radius of the phantoms, and of the demonstration's, mm.
+const PHANTOM_RADIUS = 60;
 /// Pixels drawn for each of the screen's, along one side.
 const MOST_RATIO = 1.5, LEAST_RATIO = 0.4;
 /// A camera's picture is so old when it is shown; the overlay has to meet the tool in it, not the tool now.
@@ -33,7 +38,7 @@ const $ = (id) => document.getElementById(id);
 const vec = (v) => [v.x, v.y, v.z];
 const clock = new PoseClock();
 /// State for tests and for a person at the browser's console.
-const state = { frames: 0, fps: 0, poses: 0, ageMs: NaN, missMm: NaN, problem: '', stage: 'starting', workMs: 0 };
+const state = { frames: 0, fps: 0, poses: 0, ageMs: NaN, missMm: NaN, problem: '', stage: 'starting', workMs: 0, object: '', drawn: [] };
 window.hapticdVisual = state;
 
 let newest = null;  // { pose, atMs: when it came }
@@ -68,8 +73,20 @@ async function openDaemon() {
     message: take, credits: 2, again: true,
     end: (error) => setStage('refused', error ? `${error.message}. ${error.remedy}` : 'the stream ended'),
   });
+  followObject(api);
   keepClock(clock, () => api.rpc('ClockService/Exchange', { client_sent_ns: String(Math.round(1e6 * performance.now())) }));
   if (view.background === 'camera') followTruth(api);
+}
+
+/// Follows which object a simulated rig has under the tool. Nobody knows that of a real one.
+async function followObject(api) {
+  try {
+    state.object = (await api.rpc('SimulationService/GetSimulation')).object;
+  } catch {
+    state.object = '';
+    return;
+  }
+  setTimeout(followObject, OBJECT_EVERY_MS, api);
 }
 
 /// Follows the truth of a simulated rig in place of a camera: positions of the last second, by the rig's
@@ -132,11 +149,25 @@ function poseAt(daemonMs) {
 
 // ---- what is drawn
 
-const DOME = [0.78, 0.62, 0.55];
-function objectParts(dent, alpha, camera) {
-  if (!(view.radius > 0)) return [];
-  const colour = [...DOME, alpha];
-  return [{ mesh: 'dome', model: placed([0, 0, 0], view.radius), colour, gloss: 0.25, rim: alpha < 1 ? 0.7 : 0, grain: camera ? 0.05 : 0, dent }];
+const MATTER = [0.78, 0.62, 0.55];
+/// 0 where no half-sphere is there.
+function domeRadius() {
+  if (Number.isFinite(view.radius)) return view.radius;
+  return view.demo || state.object.startsWith('phantom') ? PHANTOM_RADIUS : 0;
+}
+
+/// The object: a half-sphere, or, of one whose shape is not known, the surface where it is touched.
+function objectParts(touch, alpha, camera) {
+  const look = { colour: [...MATTER, alpha], gloss: 0.25, rim: alpha < 1 ? 0.7 : 0, grain: camera ? 0.05 : 0 };
+  const radius = domeRadius();
+  if (radius > 0) return [{ mesh: 'dome', model: placed([0, 0, 0], radius), dent: touch, ...look }];
+  return touch ? [{ mesh: 'sphere', model: ellipsoid(disc(touch.normal, 7), plus(touch.at, touch.normal, -1), 2), ...look }] : [];
+}
+
+/// A covariance, mm²: so wide at right angles to the normal, and flat along it.
+function disc(n, deviation) {
+  const v = deviation * deviation, of = (i, j) => v * ((i === j ? 1 : 0) - n[i] * n[j]);
+  return { xx: of(0, 0), xy: of(0, 1), xz: of(0, 2), yy: of(1, 1), yz: of(1, 2), zz: of(2, 2) };
 }
 
 /// A dent in the surface where the tip is; z of the half-sphere there, so that the tip touches it.
@@ -144,7 +175,7 @@ const dentOf = (tip, normal, depth) => (depth > 0.05 ? { at: tip, normal: unit(n
 
 /// The camera's picture: what is there, in its own colours, grainy.
 function cameraParts(truth) {
-  const table = { mesh: 'table', model: placed([0, 0, -Math.max(view.radius, 20)]), colour: [0.42, 0.43, 0.42, 1], checker: 20, grain: 0.06 };
+  const table = { mesh: 'table', model: placed([0, 0, -Math.max(domeRadius(), 20)]), colour: [0.42, 0.43, 0.42, 1], checker: 20, grain: 0.06 };
   if (!truth) return [table, ...objectParts(null, 1, true)];
   return [table, ...objectParts(dentOf(truth.tip, truth.normal, truth.depth), 1, true),
     { mesh: 'tool', model: posed(truth.orientation, truth.tip), colour: [0.62, 0.6, 0.56, 1], gloss: 0.7, grain: 0.06 }];
@@ -250,6 +281,7 @@ function start() {
       shown = poseAt(seenMs);
       parts.push(...overlayParts(newest.pose, shown, hasCamera));
     }
+    state.drawn = [...new Set(parts.map((part) => part.mesh))];
     const chosen = views(scene.canvas.width / scene.canvas.height);
     const behind = view.background === 'clear' ? [0, 0, 0, 0] : hasCamera ? [0.2, 0.21, 0.22, 1] : [0.06, 0.08, 0.1, 1];
     const matrices = scene.draw(chosen, parts, behind);
@@ -260,7 +292,7 @@ function start() {
     }
     const projections = matrices.map((matrix, i) => ({ matrix, x: chosen[i].x, width: chosen[i].width }));
     state.missMm = truth && shown ? norm(minus(shown.tip, truth.tip)) : NaN;
-    label(0, projections, shown && shown.tip, Number.isFinite(state.missMm) ? `off by ${fixed(state.missMm, 1)} mm` : '', 'error');
+    label(0, projections, shown && shown.tip, state.missMm >= SEEN_MM ? `off by ${fixed(state.missMm, 1)} mm` : '', 'error');
     label(1, projections, newest && newest.pose.inclusion_mm && vec(newest.pose.inclusion_mm), 'tumour');
     state.frames++;
     counted++;

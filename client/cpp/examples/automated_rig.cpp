@@ -45,7 +45,7 @@ int main(int argc, char** argv) try {
     all_good = all_good && good;
     hand.set_kind(v1::HAND_PROGRAM_KIND_REST);
     client.set_hand_program(hand);  // off the object before the next target
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    client.wait_for_hand(std::chrono::seconds(10));
   }
   return all_good ? 0 : 1;
 } catch (const hapticd::client::Error& error) {

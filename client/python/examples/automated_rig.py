@@ -11,8 +11,8 @@ with hapticd.connect(sys.argv[1] if len(sys.argv) > 1 else None) as rig, rig.lea
     wrong = 0
     for target in (0.2, 0.3, 0.5):
         granted = rig.set_target(target).granted_n_per_mm
-        rig.set_hand_program({"kind": "press", "force_n": 1.0, "hold_s": 1.0, "repetitions": 1})
-        data = rig.read(6.0, ["control", "deformation"])
+        press = {"kind": "press", "force_n": 1.0, "hold_s": 1.0, "repetitions": 1}
+        data = rig.read_hand(press, ["control", "deformation"])
         depth_mm, force_n = data["deformation_displacement_mm"], data["control_hand_force_n"]
         held = depth_mm > 0.95 * depth_mm.max()
         felt = np.median(force_n[held] / depth_mm[held])

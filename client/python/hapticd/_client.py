@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import threading
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Iterable, Iterator, Mapping, Optional, Type, Union
@@ -15,6 +16,7 @@ from google.protobuf.message import Message
 from hapticd import _telemetry_request
 from hapticd._calls import Calls
 from hapticd._connection import Endpoint, lease_metadata, why_unreachable
+from hapticd._hand import HAND_POLL_S, hand_goes_on
 from hapticd._lease import Renewal
 from hapticd._requests import build
 from hapticd._stop import StopOutcome, stop_by_both
@@ -122,6 +124,31 @@ class Rig(Calls):
         """The telemetry of the next `seconds`."""
         with self.telemetry(groups, hz=hz) as stream:
             return stream.take(seconds)
+
+    def wait_for_hand(self, timeout_s: float = 60.0) -> None:
+        """Returns when the simulated hand has ended its program and the tool is free. Raises TimedOut where it has not by then:
+        a program with negative hold_s or repetitions, a weight, a shaken device and a hand that follows never end."""
+        until = time.monotonic() + timeout_s
+        while not self.get_simulation().hand_is_done:
+            if time.monotonic() > until:
+                raise hand_goes_on(timeout_s)
+            time.sleep(HAND_POLL_S)
+
+    def read_hand(
+        self, program: Mapping[str, Any], groups: Iterable[Union[int, str]] = (), *, hz: Optional[float] = None, timeout_s: float = 60.0
+    ) -> Block:
+        """Sets a program of the simulated hand, and returns the telemetry until it has ended, as wait_for_hand() says."""
+        until = time.monotonic() + timeout_s
+        blocks: list[Block] = []
+        with self.telemetry(groups, hz=hz) as stream:
+            self.set_hand_program(program)
+            for block in stream:
+                blocks.append(block)
+                if self.get_simulation().hand_is_done:
+                    return Block.joined(blocks)
+                if time.monotonic() > until:
+                    raise hand_goes_on(timeout_s)
+        raise Unreachable("the telemetry ended", where="Rig.read_hand", remedy="see whether hapticd still runs there")
 
     def upload_recording_file(self, path: Union[str, Path], **description: Any) -> identification_pb2.UploadRecordingResponse:
         """A CSV or MCAP file for start_identification(). description: fields of RecordingDescription."""

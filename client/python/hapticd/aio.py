@@ -11,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Any, AsyncIterator, Iterable, Mapping, Optional, Type, Union
@@ -21,6 +22,7 @@ from google.protobuf.message import Message
 from hapticd import _telemetry_request
 from hapticd._calls import AsyncCalls
 from hapticd._connection import Endpoint, lease_metadata, why_unreachable
+from hapticd._hand import HAND_POLL_S, hand_goes_on
 from hapticd._lease import Renewal
 from hapticd._requests import build
 from hapticd._stop import StopOutcome, stop_at
@@ -109,6 +111,14 @@ class Rig(AsyncCalls):
         rate_hz = (await self.get_rig_info()).loop_rate_hz
         request = _telemetry_request.of(list(groups), rate_hz, hz, latency_s, queue_s)
         return AsyncTelemetry(self.subscribe(**request))
+
+    async def wait_for_hand(self, timeout_s: float = 60.0) -> None:
+        """As Rig.wait_for_hand() of the synchronous client."""
+        until = time.monotonic() + timeout_s
+        while not (await self.get_simulation()).hand_is_done:
+            if time.monotonic() > until:
+                raise hand_goes_on(timeout_s)
+            await asyncio.sleep(HAND_POLL_S)
 
     async def upload_recording_file(
         self, path: Union[str, Path], **description: Any

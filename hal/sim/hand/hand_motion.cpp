@@ -48,6 +48,16 @@ HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& from_mm) 
   }
 }
 
+bool HandMotion::is_over() const noexcept {
+  using Kind = HandProgram::Kind;
+  const bool ends = program_.kind == Kind::kRest || program_.kind == Kind::kPress ||
+                    program_.kind == Kind::kStroke || program_.kind == Kind::kTap ||
+                    program_.kind == Kind::kScan;
+  // The tool follows the hand a little later.
+  constexpr double kSettleS = 0.3;
+  return ends && phase_ == Phase::kFree && phase_time_s_ >= kSettleS && homeward_.over(time_s_);
+}
+
 double HandMotion::tap_height_mm() const noexcept {
   return height_of_tap_mm(program_.speed_mm_per_s);
 }

@@ -44,6 +44,9 @@ class HandMotion {
  public:
   HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept;
   HandIntent step(double step_s, const HandPerception& perceived) noexcept;
+  /// The program has come to its end, and the hand holds the tool still and free. Never where the program
+  /// goes on until the next one.
+  bool is_over() const noexcept;
 
  private:
   enum class Phase : std::uint8_t {
@@ -85,7 +88,7 @@ class HandMotion {
   double slant_ = 0.0;     ///< tap: way aside per height
   double along_mm_ = 0.0;  ///< coordinate along `stroke_direction`
   double along_mm_per_s_ = 0.0;
-  double lead_mm_ = 0.0;  ///< by which a stroke's intent runs ahead of its path
+  double lead_mm_ = 0.0;     ///< by which a stroke's intent runs ahead of its path
   hal::Vector3 follows_mm_;  ///< follow: where the hand is
   hal::Vector3 home_mm_;
   hal::Vector3 aside_mm_;   ///< where it began next to its home

@@ -54,10 +54,17 @@ std::string_view take_word(std::string_view& text) {
   return word;
 }
 
+/// Whether the arguments are a printed message, and not words: it begins with a field.
+bool is_message(std::string_view arguments) {
+  const std::string_view first = take_word(arguments);
+  return first.ends_with(':') || take_word(arguments) == "{";
+}
+
 }  // namespace
 
 std::string words_of_call(std::string_view method, std::string_view arguments) {
   std::string words = words_of_method(method);
+  if (!arguments.empty() && !is_message(arguments)) return words + ' ' + std::string(arguments);
   std::string_view separator = ": ";
   for (std::string_view word = take_word(arguments); !word.empty(); word = take_word(arguments)) {
     if (word == "{") {

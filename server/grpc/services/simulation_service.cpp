@@ -81,6 +81,7 @@ grpc::Status not_simulated(const Session& session) {
 void describe(const Session& session, v1::SimulationInfo& info) {
   info.set_device(session.rig_info().device.model);
   info.set_object(session.simulation()->object());
+  info.set_hand_is_done(session.simulation()->hand_is_done());
   for (const std::string& name : object_names()) info.add_objects(name);
   if (const auto object = sim::object_preset(info.object())) {
     info.set_object_stiffness_n_per_mm(object->material.stiffness_at_4n_n_per_mm);

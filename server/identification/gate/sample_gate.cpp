@@ -98,23 +98,28 @@ SampleGate::Verdict SampleGate::judge(const rt::Observation& observation) noexce
   return refused ? *refused : follow(observation);
 }
 
+namespace {
+std::string counted(std::uint64_t count, const char* noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+}  // namespace
+
 std::vector<std::string> SampleGate::remarks() const {
   std::vector<std::string> remarks;
   for (std::size_t i = 0; i < kUnfitKinds; ++i) {
     if (left_out_[i] > 0) {
-      remarks.push_back(std::to_string(left_out_[i]) + " samples left out as unfit: " + kReasons[i]);
+      remarks.push_back(counted(left_out_[i], "sample") + " left out as unfit: " + kReasons[i]);
     }
   }
   if (repeated_ > 0) {
-    remarks.push_back(std::to_string(repeated_) +
-                      " samples repeat the largest force to the last bit: if that is the end of the sensor's "
+    remarks.push_back(counted(repeated_, "sample") +
+                      " with exactly the largest force: if that is the end of the sensor's "
                       "range, the friction found is too small");
   }
   if (gaps_ > 0) {
     char text[80];
-    std::snprintf(text, sizeof text, "%llu gaps in the data, the longest of %.3g s",
-                  static_cast<unsigned long long>(gaps_), longest_gap_s_);
-    remarks.emplace_back(text);
+    std::snprintf(text, sizeof text, " in the data, the longest of %.3g s", longest_gap_s_);
+    remarks.push_back(counted(gaps_, "gap") + text);
   }
   return remarks;
 }

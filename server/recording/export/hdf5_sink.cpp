@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "hal/recording/recording_names.h"
+#include "server/recording/export/hdf5_handle.h"
 
 namespace hapticd::server {
 
@@ -20,25 +21,7 @@ namespace {
 
 constexpr hsize_t kChunkRows = 4096;
 constexpr unsigned kDeflateLevel = 1;
-/// An object of the library, closed by its own function.
-class Handle {
- public:
-  using Close = herr_t (*)(hid_t);
-  Handle(hid_t id, Close close) : id_(id), close_(close) {}
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
-  Handle& operator=(Handle&&) = delete;
-  ~Handle() { reset(); }
-  bool reset() {
-    const hid_t id = std::exchange(id_, H5I_INVALID_HID);
-    return id < 0 || close_(id) >= 0;
-  }
-  hid_t get() const { return id_; }
-  bool good() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  Close close_;
-};
+using Handle = Hdf5Handle;
 
 /// Type of a text of any length, UTF-8: readers get a text, not bytes.
 Handle text_type() {

@@ -49,12 +49,15 @@ int refuse(const hapticd::hal::Error& error, bool json) {
 
 int main(int argc, char** argv) {
   using namespace hapticd::server;
-  CLI::App app("hapticd-export writes a recording of hapticd (MCAP) as HDF5 or CSV. It needs no daemon.",
-               "hapticd-export");
+  CLI::App app(
+      "hapticd-export writes a recording of hapticd (MCAP) as HDF5 or CSV, and an HDF5 table of one as CSV. "
+      "It needs no daemon.",
+      "hapticd-export");
   app.set_version_flag("--version", "hapticd-export " HAPTICD_VERSION);
   ExportRequest request;
   bool json_errors = false;
-  app.add_option("RECORDING.mcap", request.input, "Made by hapticctl record or by the flight recorder")
+  app.add_option("RECORDING", request.input,
+                 "Made by hapticctl record or by the flight recorder; .h5: without events and metadata")
       ->required();
   app.add_option("-o,--out", request.output, "Where to write: .h5, .hdf5 or .csv")->required();
   const std::map<std::string, TableFormat> formats{{"hdf5", TableFormat::kHdf5}, {"csv", TableFormat::kCsv}};
@@ -64,14 +67,16 @@ int main(int argc, char** argv) {
   app.add_option("--from", request.from_s, "Seconds after the first row")->capture_default_str();
   app.add_option("--to", request.to_s, "Seconds after the first row; 0 = to the end")->capture_default_str();
   app.add_option("--decimation", request.decimation, "Every n-th row, 1 … 10000")->capture_default_str();
-  app.add_flag("--json-errors", json_errors, "")->group("");  // for the daemon
+  app.add_flag("--json-errors", json_errors, "")->group("");  // for the daemon and hapticctl
+  bool refuse_links = false;
+  app.add_flag("--refuse-links", refuse_links, "")->group("");  // for the daemon
   app.footer(
       "Examples:\n  hapticd-export press.mcap --out press.h5\n"
       "  hapticd-export press.mcap --out press.csv --columns contact_reaction_force_n --from 10 --to 20");
   CLI11_PARSE(app, argc, argv);
   if (format->count() == 0 && request.output.ends_with(".csv")) request.format = TableFormat::kCsv;
   be_modest();
-  if (json_errors) request.links = hapticd::recording::Links::kRefused;
+  if (refuse_links) request.links = hapticd::recording::Links::kRefused;
   try {
     if (const auto error = export_table(request)) return refuse(*error, json_errors);
   } catch (const std::exception& error) {

@@ -7,12 +7,14 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <utility>
 
 #include "hal/recording/recording_file.h"
 #include "server/recording/export/csv_sink.h"
 #include "server/recording/export/hdf5_sink.h"
+#include "server/recording/export/hdf5_source.h"
 #include "server/text/suggestion.h"
 
 namespace hapticd::server {
@@ -25,9 +27,32 @@ using recording::kTimeColumn;
 /// Bytes that are free: less than what a library writes at once.
 constexpr double kFullBelow = 1e6;
 
-hal::Result<std::vector<ExportColumn>> chosen_columns(const recording::RecordingFile& file,
+/// What is exported: the table of a file of either kind.
+struct Source {
+  std::vector<recording::Column> columns;
+  std::function<std::optional<hal::Error>(const recording::RecordingVisitor&)> read;
+};
+
+hal::Result<Source> open_source(const ExportRequest& request) {
+  // The daemon has its own recordings only.
+  if (request.links == recording::Links::kFollowed && Hdf5Source::is_hdf5(request.input)) {
+    auto opened = Hdf5Source::open(request.input);
+    if (!opened) return opened.error();
+    const auto file = std::make_shared<Hdf5Source>(std::move(*opened));
+    return Source{file->columns(),
+                  [file](const recording::RecordingVisitor& visitor) { return file->read(visitor.row); }};
+  }
+  auto opened = recording::RecordingFile::open(request.input, request.links);
+  if (!opened) return opened.error();
+  const auto file = std::make_shared<recording::RecordingFile>(std::move(*opened));
+  return Source{file->columns(), [file](const recording::RecordingVisitor& visitor) {
+                  const auto end = file->read(visitor);
+                  return end ? std::nullopt : std::optional(end.error());
+                }};
+}
+
+hal::Result<std::vector<ExportColumn>> chosen_columns(const std::vector<recording::Column>& all,
                                                       const ExportRequest& request) {
-  const std::vector<recording::Column>& all = file.columns();
   std::vector<ExportColumn> chosen;
   if (request.columns.empty()) {
     for (std::size_t i = 0; i < all.size(); ++i) chosen.push_back({i, all[i]});
@@ -83,9 +108,9 @@ hal::Error unwritten(const std::string& path, int failure) {
 
 std::optional<hal::Error> export_table(const ExportRequest& request) {
   if (auto error = check_span(request)) return error;
-  const auto file = recording::RecordingFile::open(request.input, request.links);
-  if (!file) return file.error();
-  auto columns = chosen_columns(*file, request);
+  const auto source = open_source(request);
+  if (!source) return source.error();
+  auto columns = chosen_columns(source->columns, request);
   if (!columns) return columns.error();
   auto sink = request.format == TableFormat::kHdf5 ? Hdf5Sink::create(request.output, std::move(*columns))
                                                    : CsvSink::create(request.output, std::move(*columns));
@@ -111,9 +136,9 @@ std::optional<hal::Error> export_table(const ExportRequest& request) {
     failure = (*sink)->add_row(row);
     return !failure.has_value();
   };
-  const auto end = file->read(visitor);
+  const auto unread = source->read(visitor);
   if (failure) return failure;
-  if (!end) return end.error();
+  if (unread) return unread;
   if (written == 0) {
     return hal::Error{"there is no row in the span", "from_s, to_s",
                       fmt::format("{:g} … {:g} s", request.from_s, request.to_s),

@@ -13,7 +13,7 @@ namespace hapticd::server {
 enum class TableFormat : std::uint8_t { kHdf5, kCsv };
 
 struct ExportRequest {
-  std::string input;   ///< a recording (MCAP)
+  std::string input;   ///< a recording: MCAP, or the table of one as HDF5, without its events and metadata
   std::string output;  ///< replaced if it is there
   TableFormat format = TableFormat::kHdf5;
   std::vector<std::string> columns;  ///< empty = all; "tick" and the time are always written

@@ -1,15 +1,11 @@
 // hapticd-igtl, between a daemon and a peer that is made of OpenIGTLink's own library.
 
 #include <gtest/gtest.h>
-#include <igtlClientSocket.h>
-#include <igtlMessageHeader.h>
 #include <igtlStatusMessage.h>
 #include <igtlTransformMessage.h>
-#include <igtl_util.h>
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <csignal>
 #include <string>
@@ -17,83 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "client/igtl/igtl_messages.h"
+#include "tests/integration/pose/igtl_peer.h"
 #include "tests/integration/running_service.h"
-#include "tests/support/child_process.h"
 
 namespace hapticd::test {
 namespace {
-
-/// What a peer received: the type, and the parts of the two types that the bridge sends.
-struct Received {
-  std::string type;
-  std::string name;
-  igtl::Matrix4x4 matrix{};
-  double stamp_s = 0.0;
-  int code = -1;
-  std::string words;
-};
-
-class Peer {
- public:
-  explicit Peer(int port) : socket_(igtl::ClientSocket::New()) {
-    connected = socket_->ConnectToServer("127.0.0.1", port) == 0;
-    socket_->SetReceiveTimeout(30'000);
-  }
-  Received next() {
-    Received received;
-    auto header = igtl::MessageHeader::New();
-    header->InitPack();
-    if (socket_->Receive(header->GetPackPointer(), header->GetPackSize()) != header->GetPackSize())
-      return received;
-    header->Unpack();
-    received.type = header->GetDeviceType();
-    received.name = header->GetDeviceName();
-    auto stamp = igtl::TimeStamp::New();
-    header->GetTimeStamp(stamp);
-    received.stamp_s = stamp->GetTimeStamp();
-    if (received.type == "TRANSFORM") {
-      auto message = igtl::TransformMessage::New();
-      EXPECT_TRUE(read(*message, header));
-      message->GetMatrix(received.matrix);
-    } else if (received.type == "STATUS") {
-      auto message = igtl::StatusMessage::New();
-      EXPECT_TRUE(read(*message, header));
-      received.code = message->GetCode();
-      received.words = message->GetStatusString();
-    }
-    return received;
-  }
-  Received next_of(const std::string& type) {
-    Received received = next();
-    while (!received.type.empty() && received.type != type) received = next();
-    return received;
-  }
-  bool send(const void* bytes, int size) { return socket_->Send(bytes, size) == 1; }
-
-  bool connected = false;
-
- private:
-  bool read(igtl::MessageBase& message, igtl::MessageHeader::Pointer& header) {
-    message.SetMessageHeader(header);
-    message.AllocatePack();
-    socket_->Receive(message.GetPackBodyPointer(), message.GetPackBodySize());
-    return (message.Unpack(1) & igtl::MessageHeader::UNPACK_BODY) != 0;
-  }
-  igtl::ClientSocket::Pointer socket_;
-};
-
-/// The bridge as a process, and the port it listens on.
-struct BridgeProcess {
-  explicit BridgeProcess(const std::string& server, const std::string& reference = "none")
-      : process(HAPTICD_IGTL_BINARY,
-                {"--server", server, "--port", "0", "--rate", "100", "--reference", reference}) {
-    const std::string line = process.read_line();
-    port = std::stoi(line.substr(line.rfind(':') + 1));
-  }
-  ChildProcess process;
-  int port = 0;
-};
 
 TEST(Igtl, APeerGetsTheToolInTheRigsFrameAndTheStatus) {
   const RunningService service;
@@ -131,62 +55,6 @@ TEST(Igtl, APeerThatSendsNonsenseIsLeftAndTheOthersGoOn) {
   EXPECT_NE(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
 }
 
-// Messages as peers of newer versions of the protocol write them, which Debian's library cannot.
-
-void append_number(igtl_bridge::Packed& bytes, std::uint64_t number, int size) {
-  for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
-}
-
-void append_text(igtl_bridge::Packed& bytes, std::string text, std::size_t size) {
-  text.resize(size);
-  bytes.insert(bytes.end(), text.begin(), text.end());
-}
-
-igtl_bridge::Packed message_of(unsigned version, const std::string& type, igtl_bridge::Packed body) {
-  igtl_bridge::Packed bytes;
-  append_number(bytes, version, 2);
-  append_text(bytes, type, 12);
-  append_text(bytes, "StylusToTracker", 20);
-  append_number(bytes, 1'700'000'000, 4);
-  append_number(bytes, 1U << 30U, 4);  // a quarter of a second
-  append_number(bytes, body.size(), 8);
-  append_number(bytes, crc64(body.data(), body.size(), 0), 8);
-  bytes.insert(bytes.end(), body.begin(), body.end());
-  return bytes;
-}
-
-using Metadata = std::vector<std::pair<std::string, std::string>>;
-
-/// The body of version 2: its own header, the content, the sizes of the metadata, and the metadata.
-igtl_bridge::Packed extended(const igtl_bridge::Packed& content, const Metadata& metadata,
-                             unsigned own_size = 12) {
-  igtl_bridge::Packed sizes, texts, body;
-  append_number(sizes, metadata.size(), 2);
-  for (const auto& [key, value] : metadata) {
-    append_number(sizes, key.size(), 2);
-    append_number(sizes, 3, 2);  // US-ASCII
-    append_number(sizes, value.size(), 4);
-    append_text(texts, key, key.size());
-    append_text(texts, value, value.size());
-  }
-  append_number(body, own_size, 2);
-  append_number(body, sizes.size(), 2);
-  append_number(body, texts.size(), 4);
-  append_number(body, 1, 4);  // number of the message
-  body.resize(own_size);
-  for (const igtl_bridge::Packed& part : {content, sizes, texts})
-    body.insert(body.end(), part.begin(), part.end());
-  return body;
-}
-
-/// The axes of the frame, at (10, 20, 30) mm.
-igtl_bridge::Packed transform_content() {
-  igtl_bridge::Packed content;
-  for (const float number : {1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 10.F, 20.F, 30.F})
-    append_number(content, std::bit_cast<std::uint32_t>(number), 4);
-  return content;
-}
-
 igtl_bridge::Packed tracked_transform(const std::string& status) {
   return message_of(2, "TRANSFORM", extended(transform_content(), {{"TransformStatus", status}}));
 }
@@ -198,20 +66,70 @@ igtl_bridge::Packed slicer_status() {
   return message_of(2, "STATUS", extended(content, {{"dummy", "dummy"}}));
 }
 
-bool send_to(Peer& peer, const igtl_bridge::Packed& bytes) {
-  return peer.send(bytes.data(), static_cast<int>(bytes.size()));
-}
-
 TEST(Igtl, APeerOfANewerVersionStaysConnected) {
   const RunningService service;
   BridgeProcess bridge(service.address());
   Peer peer(bridge.port);
   ASSERT_TRUE(peer.connected);
   ASSERT_TRUE(send_to(peer, slicer_status()));
-  for (int i = 0; i < 50; ++i) ASSERT_EQ(peer.next_of("TRANSFORM").type, "TRANSFORM") << i;
+  for (int i = 0; i < 50; ++i) ASSERT_FALSE(peer.next_raw_of("TRANSFORM").header.empty()) << i;
   bridge.process.signal(SIGTERM);
   EXPECT_EQ(bridge.process.wait(), 0);
   EXPECT_EQ(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
+}
+
+/// Checks the parts of a message of version 2, read by hand: `content_size` bytes of content, and the text of
+/// all metadata one after another.
+void expect_version_2(const RawMessage& raw, std::size_t content_size, const std::string& metadata) {
+  ASSERT_FALSE(raw.header.empty());
+  EXPECT_EQ(raw.version(), 2U);
+  EXPECT_EQ(raw.number_at(50, 8), crc64(const_cast<std::uint8_t*>(raw.body.data()), raw.body.size(), 0));
+  ASSERT_GT(raw.body.size(), 12U);
+  const auto at = [&raw](std::size_t place, std::size_t size) {
+    std::size_t number = 0;
+    for (std::size_t i = 0; i < size; ++i) number = number << 8U | raw.body[place + i];
+    return number;
+  };
+  EXPECT_EQ(at(0, 2), 12U);
+  const std::size_t sizes = at(2, 2);
+  const std::size_t texts = at(4, 4);
+  ASSERT_EQ(raw.body.size(), 12 + content_size + sizes + texts);
+  EXPECT_EQ(std::string(raw.body.end() - static_cast<std::ptrdiff_t>(texts), raw.body.end()), metadata);
+}
+
+TEST(Igtl, APeerGetsTheHeaderVersionThatItSends) {
+  const RunningService service;
+  BridgeProcess bridge(service.address());
+  Peer older(bridge.port);
+  Peer newer(bridge.port);
+  ASSERT_TRUE(older.connected && newer.connected);
+  EXPECT_EQ(newer.next_raw_of("TRANSFORM").version(), 1U) << "it has sent nothing yet";
+  // What neither side knows, with metadata, and a message of the older version.
+  ASSERT_TRUE(send_to(newer, message_of(3, "NDARRAY", extended({1, 2, 3}, {{"a", "b"}, {"", ""}}))));
+  ASSERT_TRUE(send_to(newer, message_of(65535, "LATER", {1})));
+  ASSERT_TRUE(send_to(older, message_of(1, "POSITION", {1, 2})));
+  ASSERT_TRUE(send_to(older, message_of(65535, "LATER", {1})));
+  RawMessage transform = newer.next_raw_of("TRANSFORM");
+  for (int i = 0; i < 200 && transform.version() == 1; ++i) transform = newer.next_raw_of("TRANSFORM");
+  expect_version_2(transform, 48, "TransformStatusOK");
+  expect_version_2(newer.next_raw_of("STATUS"), 30 + std::string("ready").size() + 1, "");
+  for (int i = 0; i < 50; ++i) ASSERT_EQ(older.next_raw().version(), 1U);
+  bridge.process.signal(SIGTERM);
+  EXPECT_EQ(bridge.process.wait(), 0);
+  EXPECT_EQ(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
+}
+
+TEST(Igtl, AHeaderVersionThatIsNamedIsSentToAll) {
+  const RunningService service;
+  for (const unsigned version : {1U, 2U}) {
+    BridgeProcess bridge(service.address(), "none", std::to_string(version));
+    Peer peer(bridge.port);
+    ASSERT_TRUE(peer.connected);
+    ASSERT_TRUE(send_to(peer, message_of(3 - version, "STRING", {1, 2})));
+    for (int i = 0; i < 30; ++i) ASSERT_EQ(peer.next_raw().version(), version);
+    bridge.process.signal(SIGTERM);
+    EXPECT_EQ(bridge.process.wait(), 0);
+  }
 }
 
 /// What the bridge noted about poses that came with this status. No calibration runs.
@@ -223,7 +141,7 @@ std::string log_after_poses(const std::string& status) {
   // Poses are pushed twice a second.
   for (int i = 0; i < 150; ++i) {
     EXPECT_TRUE(send_to(peer, pose));
-    EXPECT_EQ(peer.next_of("TRANSFORM").type, "TRANSFORM");
+    EXPECT_FALSE(peer.next_raw_of("TRANSFORM").header.empty());
   }
   bridge.process.signal(SIGTERM);
   EXPECT_EQ(bridge.process.wait(), 0);
@@ -277,6 +195,28 @@ class Flood {
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };
+
+std::size_t times_in(const std::string& text, const std::string& part) {
+  std::size_t times = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++times;
+  return times;
+}
+
+TEST(Igtl, EachKindOfAWrongTransformIsNotedOnce) {
+  const RunningService service;
+  BridgeProcess bridge(service.address());
+  Peer peer(bridge.port);
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(send_to(peer, sent_transform("a", 1.0F, 1.0F, std::nanf(""))));
+    ASSERT_TRUE(send_to(peer, sent_transform("a", 1.0F, -1.0F, 0.0F)));
+  }
+  // What is sent now is read after these.
+  for (int i = 0; i < 20; ++i) ASSERT_EQ(peer.next_of("TRANSFORM").type, "TRANSFORM");
+  bridge.process.signal(SIGTERM);
+  EXPECT_EQ(bridge.process.wait(), 0);
+  EXPECT_EQ(times_in(bridge.process.errors(), "not finite"), 1U) << bridge.process.errors();
+  EXPECT_EQ(times_in(bridge.process.errors(), "left-handed"), 1U) << bridge.process.errors();
+}
 
 TEST(Igtl, AFloodKeepsNeitherTheOthersNorTheEndWaiting) {
   const RunningService service;
@@ -476,6 +416,26 @@ TEST(IgtlMessages, ADamagedOrHugeMessageIsFound) {
   }
 }
 
+TEST(IgtlMessages, APeerOfVersion2IsToldWhetherTheToolIsMeasured) {
+  v1::Pose pose;
+  pose.mutable_orientation()->set_w(1.0);
+  pose.mutable_position_mm()->set_y(7.0);
+  for (const auto& [bits, not_tracked] :
+       {std::pair{0U, ""}, std::pair{static_cast<unsigned>(v1::SAMPLE_STATUS_BIT_DEVICE_FAULT), "INVALID"},
+        std::pair{static_cast<unsigned>(v1::SAMPLE_STATUS_BIT_DEVICE_NOT_READY), "INVALID"}}) {
+    pose.set_status_bits(bits);
+    igtl_bridge::MessageReader reader;
+    ASSERT_EQ(read_one(reader, igtl_bridge::with_version_2(igtl_bridge::tool_transform(pose), 1)),
+              igtl_bridge::MessageReader::Event::kTransform)
+        << reader.problem();
+    EXPECT_EQ(reader.version(), 2U);
+    EXPECT_EQ(reader.transform().not_tracked, not_tracked);
+    if (bits == 0) {
+      EXPECT_EQ(reader.transform().position_mm[1], 7.0);
+    }
+  }
+}
+
 TEST(IgtlMessages, APoseBecomesItsMatrix) {
   v1::Pose pose;
   pose.set_frame(v1::POSE_FRAME_REFERENCE);
@@ -483,7 +443,7 @@ TEST(IgtlMessages, APoseBecomesItsMatrix) {
   pose.mutable_orientation()->set_w(std::sqrt(0.5));
   pose.mutable_orientation()->set_z(std::sqrt(0.5));  // a quarter turn about z: x becomes y
   igtl_bridge::MessageReader reader;
-  const igtl_bridge::Packed bytes = igtl_bridge::tool_transform(pose);
+  const igtl_bridge::Packed bytes = igtl_bridge::tool_transform(pose).packed;
   reader.add(bytes.data(), bytes.size());
   ASSERT_EQ(reader.next(), igtl_bridge::MessageReader::Event::kTransform);
   EXPECT_EQ(reader.transform().name, "ToolToReference");

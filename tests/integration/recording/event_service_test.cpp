@@ -75,6 +75,8 @@ TEST(Events, SayCallsInWords) {
   ASSERT_NE(v1::SetHandProgramRequest::descriptor(), nullptr);
   const std::vector<std::vector<std::string>> cases{
       {"SafetyService/Clear", "", "clear"},
+      {"SafetyService/Stop", "by the stop port", "stop by the stop port"},
+      {"SafetyService/Stop", R"(reason: "tool change")", R"(stop: reason "tool change")"},
       {"SceneService/LoadScene", R"(name: "tap { kind: X_1d }")", R"(load scene: name "tap { kind: X_1d }")"},
       {"RecordingService/StartRecording", R"(name: "Prüfung \"3\"" decimation: 2)",
        R"(start recording: name "Prüfung \"3\"", decimation 2)"},

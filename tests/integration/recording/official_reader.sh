@@ -8,18 +8,8 @@ bin=$1
 packages=$2
 here=$(cd "$(dirname "$0")" && pwd)
 
-skip() {
-  echo "SKIPPED LOUDLY: $1" >&2
-  exit 77
-}
-command -v node >/dev/null || skip "node is not installed"
-if [[ ! -d "$packages/node_modules/@mcap/core" ]]; then
-  command -v npm >/dev/null || skip "npm is not installed"
-  mkdir -p "$packages"
-  echo '{"private": true}' >"$packages/package.json"
-  timeout 120 npm install --silent --prefix "$packages" @mcap/core@2 fzstd@0.1 protobufjs@7 >"$packages/npm.log" 2>&1 ||
-    skip "npm cannot fetch @mcap/core; see $packages/npm.log"
-fi
+source "$here/../../support/npm_packages.sh"
+npm_packages "$packages" @mcap/core@2 fzstd@0.1 protobufjs@7
 
 work=$(mktemp -d)
 daemon=

@@ -79,6 +79,49 @@ TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
   EXPECT_NE(run({"record", "get", id}).code, 0);
 }
 
+/// The curves of a plot: what gnuplot drew, without its title.
+std::string curves_of(const std::string& svg) {
+  std::ifstream file(svg);
+  std::string curves;
+  for (std::string line; std::getline(file, line);) {
+    if (line.find("<path") != std::string::npos) curves += line + '\n';
+  }
+  return curves;
+}
+
+TEST_F(RecordCli, PlotsARecordingOfAnyKindAlike) {
+  if (std::system("command -v gnuplot > /dev/null") != 0) {
+    GTEST_SKIP() << "SKIPPED LOUDLY: gnuplot is not installed, so no plot was drawn";
+  }
+  ASSERT_EQ(run({"scene", "load", "tap_1d"}).code, 0);
+  ASSERT_EQ(run({"record", "start", "press"}).code, 0);
+  const Run pressed = run({"sim", "hand", "press", "--force", "1", "--hold", "0.2", "--wait"});
+  EXPECT_EQ(pressed.code, 0) << pressed.errors;
+  EXPECT_FALSE(service_.state().in_contact()) << "the hand was waited for";
+  ASSERT_EQ(run({"record", "stop"}).code, 0);
+  ASSERT_EQ(run({"record", "get", "last", "--out", folder_.path("a.mcap")}).code, 0);
+  std::vector<std::string> drawn;
+  for (const char* name : {"a.h5", "a.csv"})
+    ASSERT_EQ(run({"record", "export", "last", "--out", folder_.path(name)}).code, 0);
+  for (const char* name : {"a.mcap", "a.h5", "a.csv"}) {
+    const std::string svg = folder_.path(std::string(name) + ".svg");
+    const Run plotted = run({"plot", folder_.path(name), "--out", svg});
+    ASSERT_EQ(plotted.code, 0) << plotted.errors;
+    EXPECT_NE(plotted.output.find("samples drawn"), std::string::npos) << plotted.output;
+    drawn.push_back(curves_of(svg));
+  }
+  EXPECT_GT(drawn[0].size(), 2000U);
+  EXPECT_EQ(drawn[1], drawn[0]);
+  EXPECT_EQ(drawn[2], drawn[0]);
+
+  const std::string cut = folder_.path("cut.mcap");
+  std::ofstream(cut, std::ios::binary) << "\x89MCAP0\r\n"
+                                       << "nothing";
+  const Run refused = run({"plot", cut, "--out", folder_.path("cut.svg")});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.errors.find(cut), std::string::npos) << refused.errors;
+}
+
 TEST_F(RecordCli, ShowsAnIncidentInWordsAndAsAPicture) {
   ASSERT_EQ(run({"scene", "load", "tap_1d"}).code, 0);
   await_ticks(500);

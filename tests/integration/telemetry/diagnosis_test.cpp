@@ -146,14 +146,29 @@ TEST(Doctor, SaysHowAPartFares) {
 TEST(Doctor, NamesTheFaultThatTheGuardIsLatchedBy) {
   rt::TickRecord record;
   record.guard_state = rt::GuardState::kRendering;
-  EXPECT_TRUE(examine_guard(record).empty());
+  EXPECT_TRUE(examine_guard(record, {}).empty());
   record.guard_state = rt::GuardState::kLatched;
   record.guard_fault = rt::GuardFault::kSensorStale;
-  const Findings found = examine_guard(record);
+  const Findings found = examine_guard(record, {});
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].severity, kProblem);
   EXPECT_NE(found[0].text.find("latched, sensor_stale"), std::string::npos) << found[0].text;
   EXPECT_NE(found[0].remedy.find("then hapticctl clear"), std::string::npos) << found[0].remedy;
+}
+
+TEST(Doctor, NamesTheDevicesLastFaultAndDoesNotSendToItself) {
+  rt::TickRecord record;
+  record.guard_state = rt::GuardState::kLatched;
+  record.guard_fault = rt::GuardFault::kDeviceFault;
+  hal::PartReport device{"haptic device", "openhaptics", hal::PartState::kReady, "", {}, {}};
+  device.last_fault = "HD_COMM_ERROR, 12 s ago: check cable and power";
+  for (const std::vector<hal::PartReport>& reports : {std::vector<hal::PartReport>{}, {device}}) {
+    const Findings found = examine_guard(record, reports);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].remedy.find("doctor"), std::string::npos) << found[0].remedy;
+    EXPECT_EQ(found[0].text.find("HD_COMM_ERROR, 12 s ago") != std::string::npos, !reports.empty())
+        << found[0].text;
+  }
 }
 
 /// A scene on a simulated rig, in virtual time, and what the doctor sees of its force.

@@ -99,8 +99,8 @@ TEST(SampleGate, CountsAndNamesWhatItLeavesOut) {
   EXPECT_EQ(gate.left_out(Unfit::kNoForce), 2U);
   EXPECT_NEAR(gate.watched_s(), 0.138, 1e-9);
   EXPECT_EQ(gate.remarks(), (std::vector<std::string>{"2 samples left out as unfit: no fresh force",
-                                                      "1 samples left out as unfit: the force is too old",
-                                                      "1 gaps in the data, the longest of 0.04 s"}));
+                                                      "1 sample left out as unfit: the force is too old",
+                                                      "1 gap in the data, the longest of 0.04 s"}));
 }
 
 TEST(SampleGate, WhatFollowsAnInterruptionIsNoGap) {

@@ -71,8 +71,13 @@ TEST_F(PhantomDeviceFault, CountersThatCannotBeReadAreAFaultWhileItLasts) {
   EXPECT_EQ(sample.tip_position_mm.x, before.x);
   EXPECT_TRUE(bench.at_zero_volts());
   EXPECT_TRUE(bench.finds("counts cannot be read"));
+  EXPECT_EQ(bench.device->report().last_fault, "");
   bench.board->fail_counters(false);
   expect_force_again();
+  EXPECT_FALSE(bench.finds("counts cannot be read"));
+  EXPECT_NE(bench.device->report().last_fault.find(" s ago: the encoders' counts cannot be read"),
+            std::string::npos)
+      << "whoever asks later still learns what it was";
 }
 
 TEST_F(PhantomDeviceFault, OutputsThatFailAreAFaultAtTheNextRead) {

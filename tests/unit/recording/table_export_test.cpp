@@ -194,6 +194,46 @@ assert f["events/text"].asstr()[0] == 'half, "way"'
   EXPECT_EQ(std::system((python + " " + script + " " + folder_.path("a.h5")).c_str()), 0);
 }
 
+/// The rows of a CSV file, without its comments.
+std::string rows_of(const std::string& path) {
+  std::istringstream lines(text_of_file(path));
+  std::string rows;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with('#')) rows += line + '\n';
+  }
+  return rows;
+}
+
+TEST_F(TableExport, AnHdf5TableGivesTheSameRowsAsItsRecording) {
+  demand(export_table(request("a.h5")));
+  demand(export_table(request("a.csv")));
+  ExportRequest again = request("b.csv");
+  again.input = folder_.path("a.h5");
+  demand(export_table(again));
+  const std::string rows = rows_of(folder_.path("b.csv"));
+  EXPECT_GT(rows.size(), 100'000U);
+  EXPECT_EQ(rows, rows_of(folder_.path("a.csv")));
+  again.columns = {"velocity_mm_per_s"};
+  again.from_s = 9.0;
+  again.decimation = 100;
+  demand(export_table(again));
+  EXPECT_TRUE(rows_of(again.output).starts_with("tick,time_s,velocity_mm_per_s\n9000,9.123456789,0.333"));
+}
+
+TEST_F(TableExport, AnHdf5FileThatIsNotOursIsNamed) {
+  demand(export_table(request("a.h5")));
+  const std::string whole = text_of_file(folder_.path("a.h5"));
+  ExportRequest wanted = request("b.csv");
+  wanted.input = folder_.write("cut.h5", whole.substr(0, whole.size() / 2));
+  const auto error = export_table(wanted);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "this HDF5 file has no recording of hapticd");
+  EXPECT_NE(error->remedy.find("hapticctl record export"), std::string::npos) << error->remedy;
+  wanted.input = folder_.path("a.h5");
+  wanted.links = recording::Links::kRefused;
+  EXPECT_EQ(export_table(wanted)->what, "this is no MCAP recording") << "the daemon reads its own kind only";
+}
+
 TEST_F(TableExport, TheExampleOfTheDocumentationReadsBoth) {
   demand(export_table(request("a.h5")));
   demand(export_table(request("a.csv")));

@@ -73,6 +73,8 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         # Files that both pages share tell nothing.
         if path in ("/page.css", "/participant.js", "/experimenter.js"):
             return self._file(PAGES / path[1:])
+        if path == "/favicon.ico":  # browsers ask for one by themselves
+            return self._answer(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
         role = self._role()
         if role is None:
             return

@@ -48,7 +48,7 @@ def series(one: Session, condition: str) -> Any:
 
 
 def equality(found: Sequence[Estimate], conditions: Sequence[str]) -> Any:
-    """PSE next to the target, and its error next to the difference threshold of the literature, as D Fig. 3.12."""
+    """PSE next to the target, and its error next to the published difference threshold, as D Fig. 3.12."""
     groups = analysis.groups(found, conditions)
     place = np.arange(len(groups))
     figure = new_figure(figsize=(8.5, 3.8))
@@ -69,7 +69,7 @@ def equality(found: Sequence[Estimate], conditions: Sequence[str]) -> Any:
         band = analysis.published_dl(target)
         right.fill_between(
             [index - 0.4, index + 0.4], -band, band, color=GREY, alpha=0.25, linewidth=0,
-            label="±DL of the literature (9 %)" if index == 0 else None,
+            label="± published difference threshold (9 %)" if index == 0 else None,
         )  # fmt: skip
     right.axhline(0.0, color="black", linewidth=0.8)
     right.set(ylabel="N/mm", title="Error of the rendered stiffness, as felt")

@@ -97,7 +97,9 @@ std::vector<std::string> PressCollector::remarks() const {
   if (touches_ > 0) {
     words.push_back(std::to_string(touches_) + " touches were too light to be presses (2 mm and 0.1 N)");
   }
-  if (interrupted_ > 0) words.push_back(std::to_string(interrupted_) + " presses were cut off by gaps");
+  if (interrupted_ > 0)
+    words.push_back(interrupted_ == 1 ? "1 press was cut off by a gap"
+                                      : std::to_string(interrupted_) + " presses were cut off by gaps");
   if (completed_ > presses_.size()) {
     words.push_back("the oldest " + std::to_string(completed_ - presses_.size()) +
                     " presses were dropped to bound memory");

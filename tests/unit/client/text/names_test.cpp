@@ -39,8 +39,9 @@ TEST(CommandWords, TakeThePlaceOfTheContract) {
   };
   EXPECT_EQ(remedy("load one first (SceneService.LoadScene)"), "load one first (hapticctl scene load NAME)");
   EXPECT_EQ(remedy("SafetyService/Clear, then again"), "hapticctl clear, then again");
-  ASSERT_NE(v1::PoseFrame_descriptor(), nullptr);  // or this program has no word of poses
-  EXPECT_EQ(remedy("ask for POSE_FRAME_RIG"), "ask for rig");
+  EXPECT_EQ(remedy("take the frame POSE_FRAME_RIG"), "take the frame rig");
+  EXPECT_EQ(remedy("HAND_PROGRAM_KIND_REST, PRESENTATION_ROLE, NO_SUCH_VALUE"),
+            "rest, PRESENTATION_ROLE, NO_SUCH_VALUE");
   EXPECT_EQ(remedy("SetTargetRequest.stiffness_n_per_mm"), "stiffness_n_per_mm");
   EXPECT_EQ(remedy("UnheardOfService.Call, SCHED_FIFO, [rig.sim]"),
             "UnheardOfService.Call, SCHED_FIFO, [rig.sim]");

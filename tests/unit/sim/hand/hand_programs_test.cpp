@@ -89,6 +89,49 @@ TEST(PressByDepth, ReachesItsDepth) {
   }
 }
 
+TEST(HandProgram, IsDoneWhenTheToolIsFreeAgainAndNotBefore) {
+  VirtualRig rig({});
+  const HandProgram press{.kind = HandProgram::Kind::kPress,
+                          .force_n = 1.0,
+                          .force_rate_n_per_s = 4.0,
+                          .hold_s = 0.3,
+                          .repetitions = 2};
+  for (const HandProgram::Kind kind : {HandProgram::Kind::kPress, HandProgram::Kind::kTap,
+                                       HandProgram::Kind::kStroke, HandProgram::Kind::kRest}) {
+    HandProgram program = press;
+    program.kind = kind;
+    const double longest_s = 1.1 * planned_duration_s(program) + 0.5;
+    rig.set_program(program);
+    EXPECT_FALSE(rig.rig().hand_is_done()) << "set, but not yet taken up";
+    bool touched = false;
+    double done_s = 0.0;
+    const double began_s = rig.time_s();
+    rig.run(longest_s, [&] {
+      touched = touched || rig.truth().in_contact;
+      if (!rig.rig().hand_is_done()) return;
+      if (done_s == 0.0) done_s = rig.time_s() - began_s;
+      EXPECT_FALSE(rig.truth().in_contact);
+    });
+    EXPECT_EQ(touched, kind != HandProgram::Kind::kRest);
+    EXPECT_GT(done_s, 0.0) << "within " << longest_s << " s";
+  }
+}
+
+TEST(HandProgram, IsNeverDoneWhereItGoesOnAndBeginsAgainOverAnotherObject) {
+  VirtualRig rig({});
+  for (const HandProgram& program :
+       {HandProgram{.kind = HandProgram::Kind::kPress, .force_n = 1.0, .hold_s = -1.0},
+        HandProgram{.kind = HandProgram::Kind::kTap, .repetitions = -1},
+        HandProgram{.kind = HandProgram::Kind::kWeight}, HandProgram{.kind = HandProgram::Kind::kFollow}}) {
+    rig.set_program(program);
+    rig.run(6.0, [&] { ASSERT_FALSE(rig.rig().hand_is_done()); });
+  }
+  rig.set_program({.kind = HandProgram::Kind::kPress, .force_n = 1.0, .hold_s = 3.0});
+  rig.run(4.0, [&] { ASSERT_FALSE(rig.rig().hand_is_done()); });
+  rig.set_object("rubber_ball");  // the hand lifts off, and presses again
+  rig.run(2.0, [&] { ASSERT_FALSE(rig.rig().hand_is_done()); });
+}
+
 TEST(PressRepeated, TouchesAsOftenAsAsked) {
   VirtualRig rig({}, {.kind = HandProgram::Kind::kPress,
                       .force_n = 1.0,
