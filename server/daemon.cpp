@@ -273,7 +273,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
                          StopRights(parts->policy, parts->network->unix_group()),
                          [here = parts.get()] { return here->latch.stop(); },
                          [here = parts.get()](const StopReport& report, std::uint64_t more) {
-                           note_stop(report, more, *here->audit);
+                           note_stop(report, more, {here->policy, here->network->unix_group(), *here->audit});
                          }});
   if (!stops) return cannot_listen(stops.error());
   parts->stops = std::move(*stops);

@@ -1,6 +1,10 @@
 #include "client/console/console_shared.h"
 
+#include <algorithm>
 #include <utility>
+#include <vector>
+
+#include "client/console/socket_session.h"
 
 namespace hapticd::console {
 
@@ -35,8 +39,26 @@ std::shared_ptr<TelemetryFeed> ConsoleShared::feed_of(const Caller& caller) {
 }
 
 std::size_t ConsoleShared::count_sockets() {
-  sockets.remove_if([](const auto& socket) { return socket.expired(); });
+  sockets.remove_if([](const auto& weak) {
+    const auto socket = weak.lock();
+    return !socket || socket->is_over();
+  });
   return sockets.size();
+}
+
+bool ConsoleShared::make_place_for(const std::string& identity) {
+  if (count_sockets() < options.max_sockets) return true;
+  std::map<std::string, std::vector<std::shared_ptr<SocketSession>>> pages;  // the oldest first
+  for (const auto& weak : sockets) {
+    if (auto socket = weak.lock()) pages[socket->identity()].push_back(std::move(socket));
+  }
+  const std::size_t own = pages[identity].size() + 1;
+  const auto most = std::max_element(pages.begin(), pages.end(), [](const auto& one, const auto& other) {
+    return one.second.size() < other.second.size();
+  });
+  if (most->second.size() <= own) return false;
+  most->second.front()->end_for_others();
+  return true;
 }
 
 }  // namespace hapticd::console

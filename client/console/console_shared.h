@@ -27,7 +27,7 @@ struct ConsoleShared {
   const Options options;
   const SignIn sign_in;
   RpcBridge& bridge;
-  RpcBridge& stop_bridge;    ///< of stops, and of the questions whether the daemon is there
+  RpcBridge& stop_bridge;  ///< of stops, and of the questions whether the daemon is there
   StopPort& stop_port;
   TelemetryFeed::Post post;  ///< may be called by any thread
   const RequestGuard plain_guard;
@@ -47,6 +47,10 @@ struct ConsoleShared {
   std::shared_ptr<TelemetryFeed> feed_of(const Caller& caller);
   /// Pages that are open.
   std::size_t count_sockets();
+  /// Makes room for one more page of this identity. If all places are taken, the oldest page of the
+  /// identity that has the most gives way, so that no identity can take them all; false if no other one
+  /// has more.
+  bool make_place_for(const std::string& identity);
 };
 
 }  // namespace hapticd::console

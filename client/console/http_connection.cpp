@@ -319,11 +319,9 @@ void HttpConnection::serve_rpc(std::string_view method) {
 void HttpConnection::become_socket() {
   if (!beast::websocket::is_upgrade(request_)) return refuse(426, "/live is a WebSocket");
   if (!shared_->watch->daemon_is_there()) return refuse(503, "the daemon does not answer");
-  if (shared_->count_sockets() >= shared_->options.max_sockets) {
-    return refuse(503, "too many pages are open: max_sockets");
-  }
-  transport_.next_layer().expires_never();
   Caller caller = shared_->caller_of(*session_, peer());
+  if (!shared_->make_place_for(caller.name)) return refuse(503, "too many pages are open: max_sockets");
+  transport_.next_layer().expires_never();
   SocketSession::begin(std::move(transport_), std::move(request_), shared_, std::move(caller));
 }
 

@@ -25,7 +25,7 @@ struct Options {
   std::optional<PageAddress> listen_tls;  ///< with the certificates in daemon.certificates
   std::vector<std::string> names;         ///< further names of this machine that browsers may ask for
   std::string state;                      ///< folder of console.key; empty: none
-  std::size_t max_sockets = 64;           ///< live connections of pages at once
+  std::size_t max_sockets = 64;           ///< live connections of pages at once, shared by all identities
   double max_requests_per_s = 200.0;      ///< of one identity; stops do not count
   double session_h = 24.0 * 7.0;          ///< how long a browser stays signed in
   /// True for the user who starts it: every call is this user's own, the only key is printed, and the program

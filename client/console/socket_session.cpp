@@ -119,6 +119,10 @@ void SocketSession::end_for_loss() {
   end(websocket::close_code::try_again_later, "the daemon does not answer");
 }
 
+void SocketSession::end_for_others() {
+  end(websocket::close_code::try_again_later, "others need a place for their pages: max_sockets");
+}
+
 bool SocketSession::take(std::string_view text) {
   if (!text::is_shallow_json(text)) return false;
   const json message = json::parse(text, nullptr, false);

@@ -32,6 +32,10 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
 
   /// Ends because the daemon does not answer: the page tries again.
   void end_for_loss();
+  /// Ends the session because another identity needs the place.
+  void end_for_others();
+  bool is_over() const { return is_over_; }
+  const std::string& identity() const { return caller_.name; }
 
  private:
   struct Open {

@@ -4,8 +4,10 @@
 #include <thread>
 #include <utility>
 
+#include "client/cpp/certificates.h"
 #include "client/cpp/client_state.h"
 #include "client/cpp/recording_upload_state.h"
+#include "client/cpp/tls/client_context.h"
 
 namespace hapticd::client {
 namespace {
@@ -27,7 +29,12 @@ void set_source(Request& request, const SceneSource& source) {
 
 }  // namespace
 
-Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {}
+Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {
+  const ClientOptions& used = state_->options;
+  if (!needs_certificates(used.address)) return;
+  const CertificateFiles files = find_certificates(used.address, used.certificates);
+  client_context(files.certificate, files.key, files.authority);  // so that a stop has not to read them
+}
 Client::Client(Client&&) noexcept = default;
 Client& Client::operator=(Client&&) noexcept = default;
 Client::~Client() = default;

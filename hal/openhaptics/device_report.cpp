@@ -110,7 +110,7 @@ bool find_of_errors(const DeviceErrorSlot& slot, std::vector<std::string>& findi
   return unfit;
 }
 
-/// The newest of what took the force from the device, while it is no finding any more.
+/// The newest of what took the force from the device, if it is not a finding any more.
 std::string last_fault_of(const DeviceView& view) {
   std::int64_t newest_ns = 0;
   std::string name, remedy;

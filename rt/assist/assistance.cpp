@@ -25,8 +25,8 @@ PresentationSummary Assistance::end_presentation() noexcept {
   return watch_ && watch_->is_running() ? watch_->end() : PresentationSummary{};
 }
 
-hal::Vector3 Assistance::update(const hal::RigSample& sample, bool is_force_allowed, double interval_s,
-                                TickRecord& record) noexcept {
+hal::Vector3 Assistance::update(const hal::RigSample& sample, const Touch& touch, bool is_force_allowed,
+                                double interval_s, TickRecord& record) noexcept {
   if (is_idle()) return {};
   const bool is_known = hal::finite(sample.tip_position_mm);
   if (is_known) {
@@ -34,7 +34,7 @@ hal::Vector3 Assistance::update(const hal::RigSample& sample, bool is_force_allo
   } else {
     speed_.reset();
   }
-  is_touched_ = record.in_contact && (is_touched_ || is_evident_contact(record));
+  is_touched_ = touch.in_contact && (is_touched_ || touch.is_evident);
   const bool allowed = is_force_allowed && is_known;
   const hal::Vector3& velocity = speed_.velocity_mm_per_s();
   record.channels |= channel::kAssist;
@@ -43,11 +43,13 @@ hal::Vector3 Assistance::update(const hal::RigSample& sample, bool is_force_allo
   record.guide_number = guide_.number();
   record.guide_state = guide_.state();
   if (fixture_) {
-    record.fixture_force_n = fixture_->update({sample.tip_position_mm, velocity, interval_s, is_touched_,
-                                               record.contact_reason == ContactReason::kWithdrawn,
-                                               record.displacement_mm, guide_.is_acting(), allowed});
+    const hal::Vector3 fixture_n =
+        fixture_->update({sample.tip_position_mm, velocity, interval_s, is_touched_, touch.is_withdrawn,
+                          touch.displacement_mm, guide_.is_acting(), allowed});
+    record.fixture_force_n = fixture_n;
+    return guide_force_n_ + fixture_n;
   }
-  return guide_force_n_ + record.fixture_force_n;
+  return guide_force_n_;
 }
 
 void Assistance::observe(TickRecord& record, double interval_s) noexcept {

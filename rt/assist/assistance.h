@@ -8,6 +8,7 @@
 #include "rt/assist/tool_fixture.h"
 #include "rt/assist/tool_guide.h"
 #include "rt/assist/tool_speed.h"
+#include "rt/assist/touch.h"
 #include "rt/record/tick_record.h"
 
 namespace hapticd::rt {
@@ -19,10 +20,9 @@ struct AssistanceSpec {
   std::optional<WatchLimits> watch{};
 };
 
-/// True for a contact with at least half of the evidence of an object: what free motion may look like has
-/// none.
+/// Returns the same as Touch::is_evident, as a client of the telemetry sees it.
 inline bool is_evident_contact(const TickRecord& record) noexcept {
-  return record.in_contact && record.contact_authority >= 0.5;
+  return record.in_contact && record.contact_authority >= kEvidentAuthority;
 }
 
 /// What an experiment needs in the tick in addition to rendering: the guide, the scene's fixture, the scene's
@@ -43,10 +43,10 @@ class Assistance {
   /// Ends a presentation; number 0 if none is under way.
   PresentationSummary end_presentation() noexcept;
 
-  /// Force on the tip, rig frame, and the record's group. `record` has what the scene's pipeline made of the
-  /// sample. `interval_s` > 0 since the last tick.
-  hal::Vector3 update(const hal::RigSample& sample, bool is_force_allowed, double interval_s,
-                      TickRecord& record) noexcept;
+  /// Force on the tip, rig frame, and the record's group. `touch`: of the scene's pipeline with this sample.
+  /// `interval_s` > 0 since the last tick.
+  hal::Vector3 update(const hal::RigSample& sample, const Touch& touch, bool is_force_allowed,
+                      double interval_s, TickRecord& record) noexcept;
   /// Observes the tick, after the guard has filled its part of the record.
   void observe(TickRecord& record, double interval_s) noexcept;
 

@@ -333,7 +333,8 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   command_n_ = end_.update(in_contact, command_n_, now.interval);
   fill_record(now, in_contact, normal_n, desired_n, record);
   return {command_n_, in_contact, std::abs(dot(desired_n, direction_.normal())) >= kTraceN,
-          is_held ? guard_limit::kForce : std::uint8_t{0}};
+          is_held ? guard_limit::kForce : std::uint8_t{0},
+          touch_of(contact_, in_contact ? std::max(0.0, displacement_.displacement_mm()) : 0.0)};
 }
 
 void ExplorePipeline::fill_record(const Measured& now, bool in_contact, double normal_n,

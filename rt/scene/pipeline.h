@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "hal/samples.h"
+#include "rt/assist/touch.h"
 #include "rt/guard/fault_table.h"
 #include "rt/record/tick_record.h"
 #include "rt/signal/sensor_zero.h"
@@ -17,6 +18,7 @@ struct PipelineOutput {
   bool in_contact = false;
   bool wants_force = false;    ///< more than a trace is desired, in contact or while a release fades
   std::uint8_t held_back = 0;  ///< bits of guard_limit: what the scene itself bounded
+  Touch touch{};               ///< for guide and fixture
 };
 
 /// The stages of one scene, composed. All calls come from the thread that owns the clock.

@@ -99,7 +99,8 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   hand_over_share_ =
       guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);
   const double interval_s = guard_.rise_interval_s();
-  const hal::Vector3 assistance_n = assistance_.update(sample, !guard_.force_is_zero(), interval_s, record);
+  const hal::Vector3 assistance_n =
+      assistance_.update(sample, output.touch, !guard_.force_is_zero(), interval_s, record);
   const hal::Vector3 wanted_n = hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_);
   const hal::DeviceCommand command{
       guard_.release(std::move(admission), wanted_n, output.held_back, record, assistance_n)};

@@ -203,7 +203,7 @@ PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& r
     }
   }
   return {axis_.device_force_n(command_n_), in_contact, std::abs(desired.force_n) >= kTraceN,
-          is_held_ ? guard_limit::kForce : std::uint8_t{0}};
+          is_held_ ? guard_limit::kForce : std::uint8_t{0}, touch_of(contact_, displacement_mm_)};
 }
 
 }  // namespace hapticd::rt

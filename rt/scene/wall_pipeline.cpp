@@ -101,7 +101,8 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   record.hand_force_n = -device_force_n;
   if (in_contact) record.normal = inward * -1.0;
   position_ns_ = sample.time_ns - sample.position_age_ns;
-  return {inward * command_n, in_contact, std::abs(desired_n) >= kTraceN, 0};
+  return {inward * command_n, in_contact, std::abs(desired_n) >= kTraceN, 0,
+          Touch{in_contact, in_contact, false, in_contact ? displacement_mm : 0.0}};
 }
 
 }  // namespace hapticd::rt

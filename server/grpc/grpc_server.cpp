@@ -219,10 +219,10 @@ void GrpcServer::State::add_services(SafetyLatch& latch) {
   add("RecordingService", recording);
   add("EventService", event);
   std::vector<GatedCallback> callbacks;
-  callbacks.push_back(gated_unary<Bytes, Bytes>(
+  callbacks.push_back(gated_at_headers(
       *gate, "SafetyService", "Stop",
-      [this](Context* context, const Bytes* request, Bytes* response) {
-        return safety.Stop(context, request, response);
+      [this](const Context& context, const Bytes* request, Bytes& response) {
+        return safety.stop(context, request, response);
       },
       // Before anything that could wait: no lock, no lease, no quota.
       [&latch](const Context& context) {

@@ -224,6 +224,12 @@ void SceneHost::note_target(const rt::TargetLaw& law) {
   target_ = law;
 }
 
+rt::TargetLaw SceneHost::target_in_force() const {
+  const MutexLock lock(current_mutex_);
+  if (target_) return *target_;
+  return current_ ? current_->spec.target : rt::TargetLaw{};
+}
+
 SceneHost::Reservation::Reservation(SceneHost& host) : host_(&host) {
   const MutexLock lock(host.current_mutex_);
   before_ = host.current_;

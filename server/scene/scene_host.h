@@ -122,6 +122,8 @@ class SceneHost {
 
   /// Notes the target that was set since the scene was loaded. Call it while the scene is held.
   void note_target(const rt::TargetLaw& law);
+  /// Target that was set last, or the loaded scene's own if none was set since. Call it while the scene is held.
+  rt::TargetLaw target_in_force() const;
 
   /// Exclusive control of the scene: while it lives, load(), unload() and targets of other callers are
   /// refused. Starts with the scene that was loaded; restore() loads it again.

@@ -211,7 +211,7 @@ void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec&
     const double speed_mm_per_s = std::max(kPressMmPerS, std::abs(now.velocity_mm_per_s));
     const double change_n = change_n_per_mm * now.displacement_mm +
                             std::max(rt::damping_n_s_per_mm(law, now.displacement_mm),
-                                     rt::damping_n_s_per_mm(scene.target, now.displacement_mm)) *
+                                     rt::damping_n_s_per_mm(scenes_.target_in_force(), now.displacement_mm)) *
                                 speed_mm_per_s;
     if (const double needed_s = change_n / scene.max_target_change_n_per_s; needed_s > min_s) {
       min_s = needed_s;

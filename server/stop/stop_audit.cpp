@@ -5,24 +5,28 @@
 
 #include "server/access/audit_log.h"
 #include "server/access/local_user.h"
+#include "server/access/role_policy.h"
 #include "server/process/log.h"
 
 namespace hapticd::server {
 
 namespace {
 
-std::string identity_of(const StopReport& report) {
-  if (report.path == StopPath::kTls) {
-    return report.name[0] == 0 ? "a certificate without a name" : report.name.data();
-  }
-  return report.has_user ? "user:" + user_of_id(report.user).name : "local";
+Identity identity_of(const StopReport& report, const StopLogs& logs) {
+  if (report.path == StopPath::kTls) return logs.policy.of_certificate(report.name.data(), "");
+  const LocalUser user = report.has_user ? user_of_id(report.user) : LocalUser{};
+  return report.path == StopPath::kDatagram ? logs.policy.of_unix_user(user, logs.unix_group)
+                                            : logs.policy.of_user(user);
 }
 
 }  // namespace
 
-void note_stop(const StopReport& report, std::uint64_t unreported, AuditLog& audit) {
+void note_stop(const StopReport& report, std::uint64_t unreported, const StopLogs& logs) {
+  const Identity who = identity_of(report, logs);
   AuditLine line;
-  line.identity = identity_of(report);
+  line.identity = who.name.empty() ? "a certificate without a name" : who.name;
+  line.role = to_text(who.role);
+  line.unix_ns = report.unix_ns;
   line.peer = report.peer.data();
   line.tick = report.last_tick;
   line.method = "SafetyService/Stop";
@@ -36,7 +40,7 @@ void note_stop(const StopReport& report, std::uint64_t unreported, AuditLog& aud
   text += ", " + line.arguments;
   if (unreported > 0) text += " (and " + std::to_string(unreported) + " more before)";
   log_warning(text);
-  audit.write(std::move(line));
+  logs.audit.write(std::move(line));
 }
 
 }  // namespace hapticd::server

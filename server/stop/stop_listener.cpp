@@ -354,7 +354,10 @@ std::uint64_t StopListener::stop_and_report(StopReport report) {
   return report.last_tick;
 }
 
-void StopListener::hand_on(const StopReport& report) noexcept {
+void StopListener::hand_on(StopReport report) noexcept {
+  report.unix_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                       std::chrono::system_clock::now().time_since_epoch())
+                       .count();
   if (!reports_.push(report)) lost_.fetch_add(1);
   eventfd_write(parts_.reported, 1);
 }

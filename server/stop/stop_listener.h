@@ -87,7 +87,7 @@ class StopListener {
   /// Closes something, for a connection for which the process has no descriptor left.
   bool free_descriptor();
   std::uint64_t stop_and_report(StopReport report);
-  void hand_on(const StopReport& report) noexcept;
+  void hand_on(StopReport report) noexcept;
 
   const Parts parts_;
   PeerLookup lookup_;

@@ -17,6 +17,7 @@ struct StopReport {
   std::uint32_t user = 0;        ///< of this machine
   std::int32_t process = 0;      ///< 0: not known
   std::uint64_t last_tick = 0;   ///< see SafetyLatch::stop()
+  std::int64_t unix_ns = 0;      ///< when it was served
   std::array<char, 160> name{};  ///< of a certificate; cut, and ends with 0
   std::array<char, 64> peer{};   ///< address
 };

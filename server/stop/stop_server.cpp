@@ -6,21 +6,20 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <utility>
 
 #include "server/process/ending_signals.h"
+#include "server/process/report_rate.h"
 #include "server/stop/stop_listener.h"
 
 namespace hapticd::server {
 
 namespace {
 
-constexpr int kMaxReports = 20;
-constexpr std::chrono::seconds kReportInterval{1};
+constexpr int kMaxReportsPerS = 20;
 
 }  // namespace
 
@@ -68,30 +67,22 @@ StopServer::~StopServer() {
 
 void StopServer::run_reports() {
   pthread_setname_np(pthread_self(), "hapticd-stops");
-  auto next = std::chrono::steady_clock::now();
   // Counted apart, so that those who are refused cannot hide who stopped.
-  std::array<int, 2> left{kMaxReports, kMaxReports};
-  std::uint64_t unreported = 0;
+  ReportRate granted(kMaxReportsPerS);
+  ReportRate refused(kMaxReportsPerS);
+  std::uint64_t lost = 0;
   while (is_serving_.load()) {
     eventfd_t unused = 0;
     eventfd_read(arrived_, &unused);
-    if (std::chrono::steady_clock::now() >= next) {
-      left.fill(kMaxReports);
-      next = std::chrono::steady_clock::now() + kReportInterval;
-    }
     for (StopListener* listener : {local_.get(), remote_.get()}) {
       if (listener == nullptr) continue;
       StopReport report;
       while (listener->pop_report(report)) {
-        int& its_left = left[report.was_refused ? 1 : 0];
-        if (its_left <= 0) {
-          ++unreported;
-          continue;
-        }
-        --its_left;
-        parts_.report(report, std::exchange(unreported, 0));
+        ReportRate& rate = report.was_refused ? refused : granted;
+        const auto unreported = rate.take(std::chrono::steady_clock::now());
+        if (unreported) parts_.report(report, *unreported + std::exchange(lost, 0));
       }
-      unreported += listener->take_lost();
+      lost += listener->take_lost();
     }
   }
 }

@@ -31,7 +31,7 @@ class StopServer {
     /// Takes the force away, and returns the last completed tick. Must not block.
     std::function<std::uint64_t()> stop;
     /// May wait: called on a separate thread. At most some 20 a second of those that were granted, and of
-    /// those that were refused; `unreported`: others since the last.
+    /// those that were refused; `unreported`: others of the same kind since the last.
     std::function<void(const StopReport&, std::uint64_t unreported)> report;
   };
 

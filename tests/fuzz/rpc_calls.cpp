@@ -1,10 +1,9 @@
 // Calls every method of the contract with requests made up from its descriptors: wrong numbers, absent and
-// repeated fields, bytes that are not a message. The daemon runs in this process, so whatever breaks it
-// breaks this. The same seed makes the same requests.
+// repeated fields, bytes that are not a message. The daemon runs in this process, so whatever breaks it breaks
+// this. The same seed makes the same requests.
 //
-//   fuzz_rpc_calls [CALLS [SEED]]
+//   fuzz_rpc_calls [INPUTS [SEED]]     without them HAPTICD_INPUTS and HAPTICD_SEED, or 10000 and 1
 
-#include <google/protobuf/dynamic_message.h>
 #include <google/protobuf/stubs/logging.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
@@ -12,209 +11,52 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 #include <map>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "hapticd/v1/access.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
+#include "server/access/access_table.h"
 #include "server/config/config.h"
 #include "server/daemon.h"
+#include "tests/fuzz/requests/request_maker.h"
+#include "tests/support/temporary_folder.h"
 
 namespace {
 
 using namespace hapticd;
+using fuzz::RequestMaker;
 using google::protobuf::Descriptor;
 using google::protobuf::DescriptorPool;
-using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
 
 constexpr std::chrono::milliseconds kTimeout{300};
 constexpr std::chrono::seconds kLastCallTimeout{60};
 
-/// Requests by a seed.
-class RequestMaker {
- public:
-  explicit RequestMaker(std::uint64_t seed) : random_(seed) {}
-
-  std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
-  bool chance(double share) { return std::uniform_real_distribution<double>(0.0, 1.0)(random_) < share; }
-
-  /// The bytes of a request; mostly a message of its type, sometimes not.
-  std::string make(const Descriptor& type) {
-    const std::unique_ptr<Message> message(
-        google::protobuf::MessageFactory::generated_factory()->GetPrototype(&type)->New());
-    fill(*message, 0);
-    std::string bytes = message->SerializeAsString();
-    if (chance(0.15)) spoil(bytes);
-    if (chance(0.003)) bytes.append(std::size_t{3} << 20U, '\x0a');
-    return bytes;
-  }
-
- private:
-  static constexpr int kMaxDepth = 4;
-
-  double number() {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    constexpr double kNumbers[] = {0.0,        -0.0, 1.0,   -1.0,  0.3,    5.0,      100.0,
-                                   1e3,        -1e3, 1e-9,  1e308, -1e308, 5e-324,   kInfinity,
-                                   -kInfinity, NAN,  0.001, 20.0,  1e18,   1.0000001};
-    return kNumbers[below(std::size(kNumbers))];
-  }
-  std::int64_t integer() {
-    constexpr std::int64_t kIntegers[] = {0,
-                                          1,
-                                          -1,
-                                          2,
-                                          7,
-                                          16,
-                                          100,
-                                          1000,
-                                          65536,
-                                          2147483647,
-                                          -2147483648LL,
-                                          std::numeric_limits<std::int64_t>::max(),
-                                          std::numeric_limits<std::int64_t>::min(),
-                                          5'000'000'000};
-    return kIntegers[below(std::size(kIntegers))];
-  }
-  std::string text() {
-    static const std::vector<std::string> kTexts{"",
-                                                 "tap_1d",
-                                                 "explore_rod",
-                                                 "wall",
-                                                 "sponge_cut",
-                                                 "sponge_block",
-                                                 "none",
-                                                 "rod",
-                                                 "contact",
-                                                 "contact-1",
-                                                 "recording-1",
-                                                 "current",
-                                                 "sponge_cut@current",
-                                                 "x",
-                                                 "force",
-                                                 "rm",
-                                                 "../../etc/passwd",
-                                                 "a\nb",
-                                                 std::string("nul\0nul", 7),
-                                                 "Übersteuert 力 🖐",
-                                                 "0123456789abcdef",
-                                                 "{\"content\": {}}",
-                                                 "name = \"a\"\nkind = \"tap_1d\"\n",
-                                                 "time_s,force_N,position_mm\n0,0,0\n1,1,1\n"};
-    switch (below(8)) {
-      case 0:
-        return std::string(below(100'000), 'x');
-      case 1: {
-        std::string keys = "a";  // keys of many parts, in TOML
-        for (std::size_t i = below(40'000); i > 0; --i) keys += ".a";
-        return keys + " = 1";
-      }
-      case 2:
-        return std::string(below(3'000), '[');
-      default:
-        return kTexts[below(kTexts.size())];
-    }
-  }
-
-  void fill(Message& message, int depth) {
-    const Descriptor& type = *message.GetDescriptor();
-    for (int i = 0; i < type.field_count(); ++i) {
-      const FieldDescriptor& field = *type.field(i);
-      if (!chance(depth == 0 ? 0.7 : 0.5)) continue;
-      if (!field.is_repeated()) {
-        set(message, field, depth);
-        continue;
-      }
-      for (std::size_t n = chance(0.05) ? 2'000 : below(4); n > 0; --n) add(message, field, depth);
-    }
-  }
-  void set(Message& message, const FieldDescriptor& field, int depth) {
-    const auto& access = *message.GetReflection();
-    switch (field.cpp_type()) {
-      case FieldDescriptor::CPPTYPE_DOUBLE:
-        return access.SetDouble(&message, &field, number());
-      case FieldDescriptor::CPPTYPE_FLOAT:
-        return access.SetFloat(&message, &field, static_cast<float>(number()));
-      case FieldDescriptor::CPPTYPE_INT32:
-        return access.SetInt32(&message, &field, static_cast<std::int32_t>(integer()));
-      case FieldDescriptor::CPPTYPE_INT64:
-        return access.SetInt64(&message, &field, integer());
-      case FieldDescriptor::CPPTYPE_UINT32:
-        return access.SetUInt32(&message, &field, static_cast<std::uint32_t>(integer()));
-      case FieldDescriptor::CPPTYPE_UINT64:
-        return access.SetUInt64(&message, &field, static_cast<std::uint64_t>(integer()));
-      case FieldDescriptor::CPPTYPE_BOOL:
-        return access.SetBool(&message, &field, chance(0.5));
-      case FieldDescriptor::CPPTYPE_ENUM:
-        return access.SetEnumValue(&message, &field, static_cast<int>(below(20)) - (chance(0.1) ? 100 : 0));
-      case FieldDescriptor::CPPTYPE_STRING:
-        return access.SetString(&message, &field, text());
-      case FieldDescriptor::CPPTYPE_MESSAGE:
-        if (depth < kMaxDepth) fill(*access.MutableMessage(&message, &field), depth + 1);
-        return;
-    }
-  }
-  void add(Message& message, const FieldDescriptor& field, int depth) {
-    const auto& access = *message.GetReflection();
-    switch (field.cpp_type()) {
-      case FieldDescriptor::CPPTYPE_DOUBLE:
-        return access.AddDouble(&message, &field, number());
-      case FieldDescriptor::CPPTYPE_ENUM:
-        return access.AddEnumValue(&message, &field, static_cast<int>(below(20)));
-      case FieldDescriptor::CPPTYPE_STRING:
-        return access.AddString(&message, &field, text().substr(0, 100));
-      case FieldDescriptor::CPPTYPE_MESSAGE:
-        if (depth < kMaxDepth) fill(*access.AddMessage(&message, &field), depth + 1);
-        return;
-      default:
-        return;  // the contract repeats no others in requests
-    }
-  }
-  void spoil(std::string& bytes) {
-    switch (below(3)) {
-      case 0:
-        bytes.resize(below(bytes.size() + 1));
-        return;
-      case 1:
-        bytes.insert(below(bytes.size() + 1), "\x0a\x04\xfc\x62\x65\x72");  // a string that is not UTF-8
-        return;
-      default:
-        for (std::size_t n = 1 + below(4); n > 0 && !bytes.empty(); --n) {
-          char& byte = bytes[below(bytes.size())];
-          byte = static_cast<char>(byte ^ (1 << below(8)));
-        }
-    }
-  }
-
-  std::mt19937_64 random_;
-};
-
+/// All of them: a test compares the table with the contract.
 std::vector<const MethodDescriptor*> methods_of_the_contract() {
   std::vector<const MethodDescriptor*> methods;
-  for (const char* name : {"Rig", "Scene", "Model", "Rendering", "Telemetry", "Simulation", "Identification",
-                           "Turntable", "Safety", "Access"}) {
-    std::string file = name;
-    file[0] = static_cast<char>(file[0] - 'A' + 'a');
-    const auto* found = DescriptorPool::generated_pool()->FindFileByName("hapticd/v1/" + file + ".proto");
-    for (int s = 0; found != nullptr && s < found->service_count(); ++s) {
-      for (int m = 0; m < found->service(s)->method_count(); ++m)
-        methods.push_back(found->service(s)->method(m));
-    }
+  for (const server::AccessRow& row : server::kAccessTable) {
+    std::string name = "hapticd.v1." + std::string(row.method);
+    name.replace(name.find('/'), 1, ".");
+    methods.push_back(DescriptorPool::generated_pool()->FindMethodByName(name));
   }
   return methods;
 }
 
-/// True for methods that take a quarter of a second or more each time they are served.
-bool takes_long(const std::string& method) {
-  return method == "Diagnose" || method == "BiasForceSensor" || method == "Home" ||
-         method == "ExplainScene" || method == "MoveTo" || method == "WatchIdentification" ||
-         method == "WatchLease" || method == "Subscribe";
+/// Returns true for methods that take a quarter of a second or more each time they are served.
+bool takes_long(const MethodDescriptor& method) {
+  const std::string& name = method.name();
+  return method.server_streaming() || name == "Diagnose" || name == "BiasForceSensor" || name == "Home" ||
+         name == "HomeDevice" || name == "ExplainScene" || name == "MoveTo" || name == "MoveTool";
+}
+
+long number_from(const char* argument, const char* variable, long otherwise) {
+  if (argument == nullptr) argument = std::getenv(variable);
+  return argument == nullptr ? otherwise : std::atol(argument);
 }
 
 grpc::ByteBuffer buffer_of(const std::string& bytes) {
@@ -285,7 +127,7 @@ std::string complaint(const grpc::Status& status, bool is_ours) {
     case grpc::StatusCode::UNIMPLEMENTED:
       return "the method is not there";
     case grpc::StatusCode::UNAVAILABLE:
-      // For the turntable and the sensor it is an answer; the service has none.
+      // The turntable and the sensor answer so, with details; the service that is gone has none.
       return status.error_details().empty() ? "the service is gone" : "";
     case grpc::StatusCode::INTERNAL:
       return is_ours && status.error_details().empty() ? "an error inside, or without a word" : "";
@@ -297,15 +139,19 @@ std::string complaint(const grpc::Status& status, bool is_ours) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const long calls = argc > 1 ? std::atol(argv[1]) : 1000;
-  const auto seed = static_cast<std::uint64_t>(argc > 2 ? std::atoll(argv[2]) : 1);
+  const long inputs = number_from(argc > 1 ? argv[1] : nullptr, "HAPTICD_INPUTS", 10'000);
+  const auto seed = static_cast<std::uint64_t>(number_from(argc > 2 ? argv[2] : nullptr, "HAPTICD_SEED", 1));
 
   google::protobuf::SetLogHandler(nullptr);  // it shows each string that is not UTF-8
 
+  const test::TemporaryFolder folder;
   server::DaemonConfig config;
   config.listen.port = 0;
   config.log_level = server::LogLevel::kError;
   config.model_store = ":memory:";
+  config.recording.folder = folder.path();
+  config.recording.quota_mb = config.recording.incident_quota_mb = 200.0;
+  config.recording.when_full = server::WhenFull::kRemoveOldest;
   config.scene = "tap_1d";
   config.access.take_notice_s = 0.0;
   const auto checked = server::override_config(config, {});
@@ -325,9 +171,10 @@ int main(int argc, char** argv) {
   std::map<std::string, long> called;
   int complaints = 0;
   std::string token;  ///< of the lease that was granted last
-  for (long i = 0; i < calls; ++i) {
+  for (long i = 0; i < inputs;) {
     const MethodDescriptor& method = *methods[maker.below(methods.size())];
-    if (takes_long(method.name()) && !maker.chance(0.1)) continue;
+    if (takes_long(method) && !maker.chance(0.1)) continue;
+    ++i;
     const std::string path = "/" + method.service()->full_name() + "/" + method.name();
     std::vector<std::string> requests;
     bool is_well_formed = true;
@@ -348,7 +195,7 @@ int main(int argc, char** argv) {
     const std::string wrong = complaint(status, is_well_formed || !method.client_streaming());
     if (wrong.empty()) continue;
     ++complaints;
-    std::fprintf(stderr, "seed %llu, call %ld, %s: %s (%d: %s)\n", static_cast<unsigned long long>(seed), i,
+    std::fprintf(stderr, "seed %llu, input %ld, %s: %s (%d: %s)\n", static_cast<unsigned long long>(seed), i,
                  path.c_str(), wrong.c_str(), static_cast<int>(status.error_code()),
                  status.error_message().c_str());
   }
@@ -365,8 +212,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "afterwards: %s\n%s\n", status.error_message().c_str(),
                  state.ShortDebugString().substr(0, 2000).c_str());
   }
-  long inputs = 0;
-  for (const auto& [code, count] : ended) inputs += count;
   std::printf("%ld inputs, %d failures; %zu of %zu methods called, seed %llu; ended as", inputs,
               complaints + (sound ? 0 : 1), called.size(), methods.size(),
               static_cast<unsigned long long>(seed));

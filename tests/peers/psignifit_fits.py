@@ -18,7 +18,7 @@ from hapticd.experiment.procedures import Constant, Given, Series
 
 DATA_SETS, LEVELS, TRIALS = 70, 7, 20
 PSE, DEVIATION, LAPSE = 0.5, 0.13, 0.02
-#: Of the point of subjective equality; what was seen is 1.2 % at most.
+#: Largest difference of the point of subjective equality; what was seen is 1.2 % at most.
 MAX_DIFFERENCE = 0.03
 
 levels = PSE * np.exp(np.linspace(-2.0, 2.0, LEVELS) * DEVIATION)

@@ -19,7 +19,7 @@ FEWEST_TRIALS = 10
 
 
 def differs(seed: int) -> str:
-    """Where the two part; empty where they do not."""
+    """Returns where the two part; empty if they do not."""
     draw = random.Random(seed)
     start = round(draw.uniform(0.3, 1.5), 2)
     steps = (round(draw.uniform(0.05, 0.2), 2), round(draw.uniform(0.01, 0.05), 2))

@@ -492,6 +492,23 @@ def test_the_examples_run(lab: Any, tmp_path: Path, example: str, arguments: lis
     assert ended.stdout
 
 
+@pytest.mark.parametrize("when", ["before", "meanwhile"])
+def test_the_automated_rig_says_that_the_guard_is_latched(lab: Any, when: str) -> None:
+    program = [sys.executable, "-u", ROOT / "client/python/examples/automated_rig.py", lab["plain"]]
+    with hapticd.connect(lab["plain"]) as rig:
+        if when == "before":
+            rig.stop("a test")
+        with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+            assert run.stdout and run.stderr
+            if when == "meanwhile":
+                assert "felt" in run.stdout.readline()
+                rig.stop("a test")
+            shown, error = run.stdout.read(), run.stderr.read()
+        rig.clear()
+    assert run.returncode == 1 and "felt" not in shown, shown
+    assert "the guard is latched (STOPPED)" in error and "hapticctl clear" in error
+
+
 def test_a_wheel_is_made_and_imported(tmp_path: Path) -> None:
     source = Path(hapticd.__file__).resolve().parents[1]
     tree = tmp_path / "tree"

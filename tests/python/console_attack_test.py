@@ -273,6 +273,36 @@ def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any, console: Any)
         one.close()
 
 
+def lab_of(folder: Path, *clients: str) -> Path:
+    """Certificates of a rig and of clients, each "ROLE/NAME"."""
+    made = folder / "made"
+    script = Path(__file__).resolve().parents[2] / "deploy/make_certificates.sh"
+    named = [word for client in clients for word in ("--client", client)]
+    subprocess.run(["bash", script, "--lab", "test", "--out", made, "--server", "rig,127.0.0.1", *named], check=True, capture_output=True)
+    return made
+
+
+def test_who_takes_all_places_for_pages_gives_them_to_others(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    made = lab_of(tmp_path, "operator/anna", "operator/otto")
+    start_daemon("--model-store", ":memory:", *configuration(tmp_path))
+    port = start_console("--max_sockets", "8", "--listen_tls", "127.0.0.1:0", "--certificates", str(made / "servers/rig")).port
+
+    def page(name: str) -> Socket:
+        files = made / "clients" / name
+        context = ssl.create_default_context(cafile=str(files / "authority.crt"))
+        context.load_cert_chain(files / "client.crt", files / "client.key")
+        return Socket(port, secure=context)
+
+    hers = [page("anna") for _ in range(12)]
+    assert [one.status for one in hers] == [101] * 8 + [503] * 4
+    his = [page("otto") for _ in range(6)]
+    assert [one.status for one in his] == [101] * 4 + [503] * 2
+    assert all(one.is_closed() for one in hers[:4]), "the oldest"
+    for one in hers[4:8] + his[:4]:
+        assert b"beat" in one.receive()[1]
+    assert page("anna").status == 503
+
+
 def test_too_many_requests_wait_but_a_stop_does_not(daemon: Any, start_console: Any) -> None:
     visitor = Visitor(daemon, start_console("--max_requests_per_s", "10"))
     assert 429 in [visitor.rpc("RigService/GetRigInfo")[0] for _ in range(60)]
@@ -280,10 +310,7 @@ def test_too_many_requests_wait_but_a_stop_does_not(daemon: Any, start_console: 
 
 
 def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
-    root = Path(__file__).resolve().parents[2]
-    made = tmp_path / "made"
-    subprocess.run(["bash", root / "deploy/make_certificates.sh", "--lab", "test", "--out", made, "--server", "rig,127.0.0.1",
-                    "--client", "operator/anna", "--client", "observer/otto", "--client", "operator/lost"], check=True, capture_output=True)  # fmt: skip
+    made = lab_of(tmp_path, "operator/anna", "observer/otto", "operator/lost")
     serial = subprocess.run(["openssl", "x509", "-serial", "-noout", "-in", made / "clients/lost/client.crt"], check=True, capture_output=True, text=True)
     denied = f'[access.denied]\n"serial:{serial.stdout.strip().removeprefix("serial=")}" = "a lost laptop"\n'
     daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", *configuration(tmp_path, denied))
@@ -632,10 +659,7 @@ def test_a_personal_console_is_its_users_and_ends_with_the_page(start_daemon: An
 
 
 def test_a_console_elsewhere_shows_a_certificate_of_its_role(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
-    root = Path(__file__).resolve().parents[2]
-    made = tmp_path / "made"
-    subprocess.run(["bash", root / "deploy/make_certificates.sh", "--lab", "test", "--out", made, "--server", "rig,127.0.0.1",
-                    "--client", "console/page", "--client", "maintainer/otto"], check=True, capture_output=True)  # fmt: skip
+    made = lab_of(tmp_path, "console/page", "maintainer/otto")
     config = tmp_path / "tls.toml"
     config.write_text(f'[network]\ncertificates = "{made / "servers/rig"}"\nlisten_tls = "127.0.0.1:0"\n')
     daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config", str(config))

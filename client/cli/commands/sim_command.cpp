@@ -59,7 +59,7 @@ class ProgramCommand {
     });
   }
 
-  /// For programs that come to an end.
+  /// Adds --wait, for programs that come to an end.
   ProgramCommand& wait() {
     command_->add_flag("--wait", *waits_, "Return when the hand is done and the tool is free");
     return *this;

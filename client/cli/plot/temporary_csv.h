@@ -7,7 +7,7 @@ namespace hapticd::cli {
 /// A file in a folder of this program's own, deleted with the object: others can put no link in its way.
 class TemporaryCsv {
  public:
-  /// Throws LocalError where no such folder can be made.
+  /// Throws LocalError if no such folder can be made.
   TemporaryCsv();
   ~TemporaryCsv();
   TemporaryCsv(const TemporaryCsv&) = delete;

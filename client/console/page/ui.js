@@ -43,7 +43,7 @@ export function short(value, unit = '') {
 export const count = (value) => isNumber(value) ? Number(value).toLocaleString('en').replaceAll(',', ' ') : '–';
 
 // GUARD_STATE_LATCHED → "latched"
-/// "added_force_at_5mm_n" → "added force at 5mm": the name of a parameter without its unit, which stands with the value.
+/// "added_force_at_5mm_n" → "added force at 5mm": the name of a parameter without its unit, which is written with the value.
 export const parameterWords = (name) => name.replace(/_(n|mm|s|ms|rad|deg|hz|g|kg|w)(_(s|per|mm|n|rad|hz|m\d?).*)?$/, '').replaceAll('_', ' ');
 export const word = (name, prefix) => (name || '').replace(prefix, '').toLowerCase().replaceAll('_', ' ');
 

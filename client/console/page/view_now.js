@@ -7,7 +7,7 @@ const SLOW_MS = 2000;
 
 const ACTIONS = {FAULT_ACTION_WARN: 'warns only', FAULT_ACTION_RAMP_TO_ZERO: 'force falls to zero', FAULT_ACTION_CUT: 'zero force at once'};
 
-/// Without a scene, or without a usable force, nothing is estimated.
+/// Returns whether a contact is estimated: not without a scene, nor without a usable force.
 const isEstimated = (state) => Boolean(state.scene) && state.contact_reason && !state.contact_reason.endsWith('_UNSPECIFIED');
 
 function contactWords(state) {

@@ -150,7 +150,7 @@ function poseAt(daemonMs) {
 // ---- what is drawn
 
 const MATTER = [0.78, 0.62, 0.55];
-/// 0 where no half-sphere is there.
+/// Radius of the half-sphere; 0 if there is none.
 function domeRadius() {
   if (Number.isFinite(view.radius)) return view.radius;
   return view.demo || state.object.startsWith('phantom') ? PHANTOM_RADIUS : 0;

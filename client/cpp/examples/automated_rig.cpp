@@ -1,6 +1,6 @@
 // A test rig without a person: the simulated hand presses an object at several targets, and the stiffness
 // felt is compared with the one granted.
-//   automated_rig [ADDRESS]      exit code 0: all within 10 %; 1: one is not, or an error
+//   automated_rig [ADDRESS]      exit code 0: all within 10 %; 1: one is not, the guard latched, or an error
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -42,6 +42,11 @@ int main(int argc, char** argv) try {
     const bool good = std::abs(felt_n_per_mm / granted_n_per_mm - 1.0) < 0.1;
     std::printf("%s: granted %.2f N/mm, felt %.2f N/mm\n", good ? "good" : "BAD", granted_n_per_mm,
                 felt_n_per_mm);
+    if (state.guard_state() == v1::GUARD_STATE_LATCHED) {
+      std::fprintf(stderr, "the guard is latched (%s): see to its cause, then hapticctl clear\n",
+                   v1::GuardFault_Name(state.guard_fault()).c_str());
+      return 1;
+    }
     all_good = all_good && good;
     hand.set_kind(v1::HAND_PROGRAM_KIND_REST);
     client.set_hand_program(hand);  // off the object before the next target

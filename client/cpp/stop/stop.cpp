@@ -1,6 +1,8 @@
 #include "client/cpp/stop/stop.h"
 
 #include <grpcpp/grpcpp.h>
+#include <pthread.h>
+#include <sched.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -83,6 +85,9 @@ StopOutcome stop_by_both(const ClientOptions& options, const std::shared_ptr<grp
   const int cancelled = eventfd(0, EFD_CLOEXEC);
   std::thread by_port([&] {
     pthread_setname_np(pthread_self(), "stop-port");
+    // Ahead of what floods this machine, where this user may.
+    const sched_param ahead{.sched_priority = sched_get_priority_min(SCHED_RR)};
+    pthread_setschedparam(pthread_self(), SCHED_RR, &ahead);
     race.follow(race.port, [&] {
       v1::StopResponse answer;
       answer.set_guard_state(v1::GUARD_STATE_LATCHED);

@@ -23,7 +23,7 @@
 #include "client/cpp/address.h"
 #include "client/cpp/certificates.h"
 #include "client/cpp/error.h"
-#include "client/cpp/tls/openssl_support.h"
+#include "client/cpp/tls/client_context.h"
 
 namespace hapticd::client {
 namespace {
@@ -167,18 +167,9 @@ std::uint64_t stop_plain(const StopSocket& socket, const std::string& where, con
 }
 
 std::uint64_t stop_with_certificates(const StopSocket& socket, const std::string& host,
-                                     const CertificateFiles& files, const std::string& where,
+                                     const TlsContext& context, const std::string& where,
                                      const Deadline& until) {
   const NoPipeSignal held;
-  ERR_clear_error();
-  const TlsContext context(SSL_CTX_new(TLS_client_method()));
-  if (SSL_CTX_set_min_proto_version(context.get(), TLS1_2_VERSION) != 1 ||
-      SSL_CTX_load_verify_locations(context.get(), files.authority.c_str(), nullptr) != 1 ||
-      SSL_CTX_use_certificate_chain_file(context.get(), files.certificate.c_str()) != 1 ||
-      SSL_CTX_use_PrivateKey_file(context.get(), files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
-    fail_stop(ErrorKind::kBadAddress, "the certificates of this client cannot be used", files.certificate,
-              newest_tls_problem("the connection broke"), "ask a maintainer of the rig for others");
-  }
   const TlsSession tls(SSL_new(context.get()));
   SSL_set_fd(tls.get(), socket.get());
   std::string shown_host = host;  // what the macro SSL_set_tlsext_host_name does, without its cast
@@ -226,16 +217,23 @@ std::uint64_t stop_by_stop_port(const std::string& address, const std::string& c
   channel_target(address);  // throws if it is not an address
   constexpr std::string_view kUnix = "unix:";
   if (address.starts_with(kUnix)) return stop_by_datagram(address.substr(kUnix.size()) + ".stop", until);
-  std::optional<CertificateFiles> files;
-  if (needs_certificates(address)) files = find_certificates(address, certificates);
+  TlsContext context;
+  if (needs_certificates(address)) {
+    const CertificateFiles files = find_certificates(address, certificates);
+    context = client_context(files.certificate, files.key, files.authority);
+    if (!context) {
+      fail_stop(ErrorKind::kBadAddress, "the certificates of this client cannot be used", files.certificate,
+                newest_tls_problem("they cannot be read"), "ask a maintainer of the rig for others");
+    }
+  }
   const std::string host = host_of(address);
   const std::string port = std::to_string(std::stoi(port_of(address)) + 1);
   const std::string where = address.substr(0, address.rfind(':')) + ":" + port;
   for (int tries = 1;; ++tries) {
     const StopSocket socket = connect_until(host, port, where, until);
     try {
-      return files ? stop_with_certificates(socket, host, *files, where, until)
-                   : stop_plain(socket, where, until);
+      return context ? stop_with_certificates(socket, host, context, where, until)
+                     : stop_plain(socket, where, until);
     } catch (const Displaced&) {
       if (tries == kMaxTries) {
         fail_stop(

@@ -126,7 +126,7 @@ class Rig(Calls):
             return stream.take(seconds)
 
     def wait_for_hand(self, timeout_s: float = 60.0) -> None:
-        """Returns when the simulated hand has ended its program and the tool is free. Raises TimedOut where it has not by then:
+        """Returns when the simulated hand has ended its program and the tool is free. Raises TimedOut if it has not by then:
         a program with negative hold_s or repetitions, a weight, a shaken device and a hand that follows never end."""
         until = time.monotonic() + timeout_s
         while not self.get_simulation().hand_is_done:

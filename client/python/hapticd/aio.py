@@ -113,7 +113,7 @@ class Rig(AsyncCalls):
         return AsyncTelemetry(self.subscribe(**request))
 
     async def wait_for_hand(self, timeout_s: float = 60.0) -> None:
-        """As Rig.wait_for_hand() of the synchronous client."""
+        """Waits as Rig.wait_for_hand() of the synchronous client does."""
         until = time.monotonic() + timeout_s
         while not (await self.get_simulation()).hand_is_done:
             if time.monotonic() > until:

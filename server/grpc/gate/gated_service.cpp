@@ -131,8 +131,11 @@ GatedService::GatedService(const google::protobuf::ServiceDescriptor& contract, 
     MethodHandler* inner_handler = (inner.*&Handlers::GetHandler)(i);
     auto handler = given == callbacks.end() ? std::make_unique<GatedHandler>(gate, *inner_handler, method)
                                             : std::unique_ptr<MethodHandler>();
-    AddMethod(
-        new grpc::internal::RpcServiceMethod(names_.back().c_str(), type_of(method), handler.release()));
+    // gRPC hands on a call whose requests are a stream before the first one is there.
+    const bool at_headers = given != callbacks.end() && given->at_headers;
+    AddMethod(new grpc::internal::RpcServiceMethod(names_.back().c_str(),
+                                                   at_headers ? RpcMethod::CLIENT_STREAMING : type_of(method),
+                                                   handler.release()));
     if (given == callbacks.end()) continue;
     if (given->raw) {
       MarkMethodRawCallback(i, given->handler.release());

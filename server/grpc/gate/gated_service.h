@@ -19,7 +19,8 @@ class AccessGate;
 struct GatedCallback {
   std::string_view method;  ///< "Stop"
   std::unique_ptr<grpc::internal::MethodHandler> handler;
-  bool raw = false;  ///< takes its request as bytes
+  bool raw = false;         ///< takes its request as bytes
+  bool at_headers = false;  ///< begins before its request has come, and reads it itself
 };
 
 /// A service as the network sees it: every call passes the gate, before its request is read, and then goes to

@@ -12,31 +12,36 @@
 
 namespace hapticd::server {
 
-grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* context,
-                                              const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+grpc::Status SafetyService::stop(const grpc::CallbackServerContext& context, const grpc::ByteBuffer* request,
+                                 grpc::ByteBuffer& response) {
   const std::uint64_t last_tick = latch_.stop();  // before anything that could fail or take long
-  const StopReason reason = read_stop_request(*request);
-  std::string line = fmt::format(
-      "stopped by {}: {}",
-      served_call() == nullptr ? context->peer() : served_call()->who.name + " at " + served_call()->who.peer,
-      reason.text.empty() ? "no reason given" : reason.text);
+  const StopReason reason =
+      request != nullptr ? read_stop_request(*request) : StopReason{{}, {"the request did not come"}};
   v1::StopResponse answer;
-  for (const std::string& repair : reason.repairs) {
-    answer.add_repairs(repair);
-    line += fmt::format(" ({})", repair);
-  }
-  log_warning(line);
+  for (const std::string& repair : reason.repairs) answer.add_repairs(repair);
   answer.set_guard_fault(to_proto(latch_.fault_after_stop()));
   answer.set_guard_state(v1::GUARD_STATE_LATCHED);
   answer.set_latched_after_tick(last_tick);
-  if (ServedCall* call = served_call()) {
-    call->arguments = "reason: \"" + reason.text + "\"";
-    call->note_end(grpc::Status::OK, last_tick);
+  ReportRate& rate = reason.repairs.empty() ? noted_ : noted_unreadable_;
+  if (const auto unreported = rate.take(std::chrono::steady_clock::now())) {
+    note_stop(reason, *unreported, last_tick, context);
   }
   bool own_buffer = false;
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(grpc::SerializationTraits<v1::StopResponse>::Serialize(answer, response, &own_buffer));
-  return reactor;
+  return grpc::SerializationTraits<v1::StopResponse>::Serialize(answer, &response, &own_buffer);
+}
+
+void SafetyService::note_stop(const StopReason& reason, std::uint64_t unreported, std::uint64_t last_tick,
+                              const grpc::CallbackServerContext& context) {
+  ServedCall* call = served_call();
+  const std::string more = unreported == 0 ? "" : fmt::format(" (and {} more before)", unreported);
+  std::string line = fmt::format("stopped by {}: {}",
+                                 call == nullptr ? context.peer() : call->who.name + " at " + call->who.peer,
+                                 reason.text.empty() ? "no reason given" : reason.text);
+  for (const std::string& repair : reason.repairs) line += fmt::format(" ({})", repair);
+  log_warning(line + more);
+  if (call == nullptr) return;
+  call->arguments = fmt::format("reason: \"{}\"{}", reason.text, more);
+  call->note_end(grpc::Status::OK, last_tick);
 }
 
 grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* context, const v1::ClearRequest*,

@@ -18,7 +18,7 @@ hal::Error no_table(const std::string& path, const std::string& why) {
                         "give one that hapticctl record export or hapticd-export wrote");
 }
 
-/// Empty where the dataset has no such text.
+/// Empty if the dataset has no such text.
 std::string text_attribute(hid_t dataset, const char* name) {
   if (H5Aexists(dataset, name) <= 0) return {};
   const Hdf5Handle attribute(H5Aopen(dataset, name, H5P_DEFAULT), H5Aclose);

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <deque>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -22,9 +23,10 @@
 #include "client/cpp/stop/stop.h"
 #include "client/cpp/stop/stop_port.h"
 #include "server/access/local_user.h"
-#include "tests/support/lab.h"
+#include "tests/integration/robustness/raw_call.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/http2_flood.h"
+#include "tests/support/lab.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -99,11 +101,44 @@ TEST(StopPath, IsInTheAuditLogByItsPath) {
       text.assign(std::istreambuf_iterator<char>(file), {});
     }
   }
-  for (const char* part :
-       {"by the stop port\"", "by the datagram socket", "by the stop port with certificates",
-        "spiffe://optics/hapticd/observer/screen", "SafetyService/Stop"}) {
+  for (const char* part : {"by the stop port\"", "by the datagram socket",
+                           "by the stop port with certificates", "spiffe://optics/hapticd/observer/screen",
+                           "SafetyService/Stop", R"("role":"observer")", R"("role":"maintainer")"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
   }
+  EXPECT_EQ(text.find(R"("role":"")"), std::string::npos) << text;
+}
+
+// A client that stops without end fills no log and no audit log, nor hides who else stopped.
+TEST(StopPath, OfTheServiceIsWrittenDownSoManyTimesASecond) {
+  constexpr int kStops = 400;
+  constexpr int kMaxPerS = 20;
+  std::string text;
+  const auto began = std::chrono::steady_clock::now();
+  std::chrono::duration<double> took{};
+  {
+    const Everywhere daemon;
+    for (int i = 0; i < kStops; ++i) {
+      const RawAnswer answer =
+          raw_call(daemon.service.channel, "/hapticd.v1.SafetyService/Stop", "\xff\xff\xff\xff");
+      ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+    }
+    v1::StopRequest mine;
+    mine.set_reason("the finger hurts");
+    v1::StopResponse stopped;
+    ASSERT_TRUE(daemon.service.safety->Stop(call_context().get(), mine, &stopped).ok());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+    raw_call(daemon.service.channel, "/hapticd.v1.SafetyService/Stop", "\xff\xff\xff\xff");
+    took = std::chrono::steady_clock::now() - began;
+    const auto until = std::chrono::steady_clock::now() + kTimeout;
+    while (text.find("more before") == std::string::npos && std::chrono::steady_clock::now() < until) {
+      std::ifstream file(daemon.folder.path("audit.jsonl"));
+      text.assign(std::istreambuf_iterator<char>(file), {});
+    }
+  }
+  EXPECT_LE(std::count(text.begin(), text.end(), '\n'), kMaxPerS * (2.0 + took.count()));
+  EXPECT_NE(text.find("the finger hurts"), std::string::npos) << text;
+  EXPECT_NE(text.find("more before"), std::string::npos) << text;
 }
 
 TEST(StopPath, ComesWhileEveryOtherPathIsFlooded) {
@@ -171,7 +206,8 @@ TEST(StopPath, ComesWhileHandshakesThatNeverEndFloodItsPort) {
       held.push_back(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
       ::connect(held.back(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
       send(held.back(), first.data(), first.size(), MSG_NOSIGNAL);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // some hundred a second, also on a slow machine
+      std::this_thread::sleep_for(
+          std::chrono::milliseconds(1));  // some hundred a second, also on a slow machine
       if (held.size() <= kHeld) continue;
       close(held.front());
       held.pop_front();
@@ -209,6 +245,19 @@ TEST(StopPath, NeedsACertificateOfTheLab) {
   EXPECT_THROW(client::stop_by_stop_port(address, foreign.client("anna"), kTimeout), Error);
   EXPECT_THROW(client::stop_by_stop_port(address.substr(4), "", kTimeout), Error) << "nothing plain";
   EXPECT_EQ(daemon.service.state().guard_state() == v1::GUARD_STATE_LATCHED, false);
+}
+
+TEST(StopPath, ReadsItsCertificatesAgainWhenTheyHaveChanged) {
+  const Everywhere daemon;
+  const Lab foreign;
+  const std::string address = daemon.options()[2].address;
+  const std::string own = daemon.folder.path("own");
+  constexpr auto kOver = std::filesystem::copy_options::overwrite_existing;
+  std::filesystem::copy(daemon.lab.client("screen"), own);
+  EXPECT_NO_THROW(client::stop_by_stop_port(address, own, kTimeout));
+  for (const auto& file : std::filesystem::directory_iterator(foreign.client("anna")))
+    std::filesystem::copy_file(file, own + "/" + file.path().filename().string(), kOver);
+  EXPECT_THROW(client::stop_by_stop_port(address, own, kTimeout), Error);
 }
 
 TEST(StopPath, SaysWhereNoDaemonIs) {

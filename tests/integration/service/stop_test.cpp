@@ -5,11 +5,16 @@
 #include "server/grpc/calls/stop_request.h"
 #include "tests/integration/command_record.h"
 #include "tests/integration/robustness/raw_call.h"
+#include "tests/support/http2_flood.h"
 
 namespace hapticd::test {
 namespace {
 
 constexpr const char* kStop = "/hapticd.v1.SafetyService/Stop";
+
+bool is_latched(const v1::RigState& state) {
+  return state.guard_state() == v1::GUARD_STATE_LATCHED;
+}
 
 std::string with_reason(const std::string& reason) {
   std::string length;
@@ -120,14 +125,21 @@ TEST(ServiceStop, StopsWhateverItsRequestHolds) {
   EXPECT_GT(max_n, 0.1);
 }
 
-// The one request that never arrives here. Its limit is in the contract.
-TEST(ServiceStop, OneLargerThanAMebibyteIsRefusedByTheTransport) {
+// It cannot be answered, but its headers are enough.
+TEST(ServiceStop, OneLargerThanAMebibyteStopsAndIsRefusedByTheTransport) {
   const RunningService service;
   const RawAnswer answer = raw_call(service.channel, kStop, with_reason(std::string(2 << 20, 'x')));
   EXPECT_EQ(answer.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  v1::StopResponse stopped;
-  EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
-  EXPECT_EQ(stopped.guard_state(), v1::GUARD_STATE_LATCHED);
+  const v1::RigState state = service.await(is_latched);
+  EXPECT_EQ(state.guard_fault(), v1::GUARD_FAULT_STOPPED);
+}
+
+TEST(ServiceStop, OneWhoseRequestNeverComesStops) {
+  const RunningService service;
+  Http2Flood client(service.address());
+  ASSERT_EQ(client.open_unfinished(kStop, 1, 10), 1);
+  service.await(is_latched);
+  EXPECT_FALSE(client.is_closed()) << "it is still being waited for";
 }
 
 }  // namespace

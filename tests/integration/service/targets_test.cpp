@@ -380,6 +380,27 @@ TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
   EXPECT_EQ(response.explanation(), "");
 }
 
+// The damping of the law that is replaced counts as well, also if the scene itself has none.
+TEST(ServiceTargets, HaveARampForTheDampingOfTheLawInForce) {
+  server::DaemonConfig config = generous_config();
+  config.guard.max_target_change_n_per_s = 5.0;
+  const RunningService service(config);
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  v1::SetTargetRequest damped;
+  auto& law = *damped.mutable_law()->mutable_hunt_crossley();
+  law.set_stiffness_n_per_mm_m(0.3);
+  law.set_damping_n_s_per_mm_m1(0.005);
+  law.set_exponent(1.0);
+  const grpc::Status set = service.set_target(damped);
+  ASSERT_TRUE(set.ok()) << set.error_message();
+  service.press(1.0, [](const v1::RigState& s) { return s.in_contact() && s.displacement_mm() > 1.0; });
+  v1::SetTargetRequest linear = target(0.3);
+  linear.set_ramp_s(0.0);
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(linear, &response).ok());
+  EXPECT_GE(response.ramp_s(), 0.005 * 100.0 / 5.0) << response.explanation();
+}
+
 TEST(ServiceTargets, WaitForTheTimeAskedFor) {
   const RunningService service(generous_config());
   ASSERT_TRUE(service.load("tap_1d").ok());

@@ -89,8 +89,10 @@ int run_console(const ConsoleOptions& options);
 /// `hapticd_bench attack`: how fast a recording is uploaded, and what floods make of the daemon's memory.
 struct AttackOptions {
   std::string folder;
-  bool quick = false;  ///< a tenth of everything
+  bool quick = false;             ///< a tenth of everything
+  std::vector<std::string> only;  ///< of attack_parts(); empty = all
 };
+std::vector<std::string> attack_parts();
 int run_attack(const AttackOptions& options);
 
 /// `hapticd_bench pose`: age and cost of poses, instants of touches over networks, the visual page.

@@ -106,8 +106,10 @@ int main(int argc, char** argv) {
                 "what each scene composes and costs, next to everything forced on",
                 "without counting instructions more than needed");
   AttackOptions attack;
-  add_benchmark(app, status, attack, run_attack, "attack",
-                "how fast a recording is uploaded, and what floods do to the daemon's memory");
+  auto* attack_command =
+      add_benchmark(app, status, attack, run_attack, "attack",
+                    "how late a stop comes while the daemon is attacked, and what attacks do to its memory");
+  attack_command->add_option("--only", attack.only, "only these parts")->check(CLI::IsMember(attack_parts()));
   AccessOptions access;
   add_benchmark(app, status, access, run_access, "access",
                 "races for the lease, a stop under load, a holder that freezes, what certificates cost");

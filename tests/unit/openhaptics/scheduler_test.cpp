@@ -177,7 +177,7 @@ TEST(OpenHapticsScheduler, AStallIsAFaultUntilItIsOver) {
   EXPECT_TRUE(bench.feels(1.0));
   EXPECT_GE(bench.figure("scheduler_stalls"), 1.0);
   EXPECT_FALSE(bench.finds("scheduler does not call"));
-  // Whoever asks later still learns what it was.
+  // A later caller still learns what it was.
   EXPECT_TRUE(eventually([&] {
     const std::string last = bench.device->report().last_fault;
     return last.starts_with("the vendor's scheduler did not call in time, ") &&

@@ -1,18 +1,10 @@
-#include <arpa/inet.h>
-#include <fcntl.h>
-#include <grpcpp/grpcpp.h>
-#include <netinet/in.h>
 #include <sys/resource.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,7 +15,6 @@
 #include "tests/measure/bench/benchmark.h"
 #include "tests/measure/bench/live/daemon_process.h"
 #include "tests/measure/report/report.h"
-#include "tests/support/http2_flood.h"
 #include "tests/support/process_memory.h"
 
 namespace hapticd::bench {
@@ -42,7 +33,7 @@ double seconds_since(Clock::time_point began) {
 double upload(client::Client& client, std::uint64_t bytes) {
   v1::RecordingDescription description;
   description.set_name("bench.csv");
-  Rows rows(bytes);
+  Rows rows(bytes, Rows::Length::kLong);
   client::RecordingUpload upload = client.upload_recording(description);
   const auto began = Clock::now();
   for (std::string piece = rows.next_piece(); !piece.empty(); piece = rows.next_piece()) {
@@ -55,41 +46,11 @@ double upload(client::Client& client, std::uint64_t bytes) {
   return 1e-6 * static_cast<double>(bytes) / sending_s;
 }
 
-/// A connection that says nothing.
-int idle_connection(const std::string& address) {
-  sockaddr_in peer{};
-  peer.sin_family = AF_INET;
-  peer.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  peer.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
-  const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (descriptor >= 0 && connect(descriptor, reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0) {
-    return descriptor;
-  }
-  if (descriptor >= 0) close(descriptor);
-  return -1;
-}
-
-struct Attack {
+struct Flood {
   const char* name;
   /// Returns how many calls, connections or streams it tried. `scale`: 1 in full, less for a quick look.
   long (*run)(const std::string& address, double scale);
 };
-
-long rapid_reset(const std::string& address, double scale) {
-  const int streams = static_cast<int>(60'000 * scale);
-  test::Http2Flood flood(address);
-  flood.open_and_reset("/hapticd.v1.TelemetryService/Subscribe", streams);
-  return streams;
-}
-
-long idle_connections(const std::string& address, double scale) {
-  std::vector<int> open;
-  for (int i = 0; i < static_cast<int>(2'000 * scale); ++i) open.push_back(idle_connection(address));
-  for (const int descriptor : open) {
-    if (descriptor >= 0) close(descriptor);
-  }
-  return static_cast<long>(open.size());
-}
 
 long large_texts(const std::string& address, double scale) {
   client::Client client({.address = address});
@@ -122,7 +83,7 @@ long unfinished_uploads(const std::string& address, double scale) {
   const int uploads = static_cast<int>(100 * scale);
   for (int i = 0; i < uploads; ++i) {
     client::RecordingUpload upload = client.upload_recording({});
-    Rows rows(1'000'000);
+    Rows rows(1'000'000, Rows::Length::kLong);
     upload.send(rows.next_piece());
     try {
       upload.taken(std::chrono::milliseconds(200));
@@ -183,15 +144,15 @@ long nothing(const std::string& /*address*/, double scale) {
   return 0;
 }
 
-constexpr Attack kAttacks[] = {{"none", nothing},
-                               {"rapid_reset", rapid_reset},
-                               {"idle_connections", idle_connections},
-                               {"large_texts", large_texts},
-                               {"subscribers_that_never_read", subscribers_that_never_read},
-                               {"unfinished_uploads", unfinished_uploads},
-                               {"leases_and_takes", leases_and_takes},
-                               {"stops_and_clears", stops_and_clears},
-                               {"clock_exchanges", clock_exchanges}};
+constexpr Flood kFloods[] = {{"none", nothing},
+                             {"large_texts", large_texts},
+                             {"subscribers_that_never_read", subscribers_that_never_read},
+                             {"unfinished_uploads", unfinished_uploads},
+                             {"leases_and_takes", leases_and_takes},
+                             {"stops_and_clears", stops_and_clears},
+                             {"clock_exchanges", clock_exchanges}};
+
+constexpr const char* kFloodsPart = "floods";
 
 struct Outcome {
   long inputs = 0;
@@ -200,7 +161,7 @@ struct Outcome {
   bool crashed = false;
 };
 
-Outcome attack_daemon(const Attack& attack, double scale, const std::filesystem::path& logs) {
+Outcome attack_daemon(const Flood& attack, double scale, const std::filesystem::path& logs) {
   DaemonProcess daemon(logs / (std::string("hapticd_") + attack.name + ".log"));
   client::Client client({.address = daemon.address()});
   client.rig_state();
@@ -220,23 +181,8 @@ Outcome attack_daemon(const Attack& attack, double scale, const std::filesystem:
   return outcome;
 }
 
-/// All the descriptors there are: one a connection.
-void raise_descriptor_limit() {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-  limit.rlim_cur = limit.rlim_max;
-  setrlimit(RLIMIT_NOFILE, &limit);
-}
-
-}  // namespace
-
-int run_attack(const AttackOptions& options) {
-  raise_descriptor_limit();
-  report::Report report(options.folder);
-  const std::filesystem::path logs = report.folder() / "attack";
-  std::filesystem::create_directories(logs);
-  const double scale = options.quick ? 0.1 : 1.0;
-
+/// The speed of an upload, and what floods of calls make of memory and loop. Returns how many daemons ended.
+int measure_floods(report::Report& report, const std::filesystem::path& logs, double scale) {
   report::Figure speed{.figure = "upload_mb_per_s", .unit = "MB/s"};
   const auto bytes = static_cast<std::uint64_t>(200e6 * scale);
   try {
@@ -250,13 +196,13 @@ int run_attack(const AttackOptions& options) {
 
   report::MarkdownTable table{{"attack", "inputs", "growth of the resident memory [MB]",
                                "latest wake-up of the loop [µs]", "serves afterwards", "failed"}};
-  double crashes = 0.0;
-  for (const Attack& attack : kAttacks) {
+  int crashes = 0;
+  for (const Flood& attack : kFloods) {
     report::Report::note(std::string(attack.name) + " …");
     const report::Case conditions{{"attack", attack.name}};
     report::Figure growth{.figure = "attack_rss_growth_mb", .conditions = conditions, .unit = "MB"};
     report::Figure late{.figure = "attack_loop_lateness_max_us", .conditions = conditions, .unit = "µs"};
-    report::Figure inputs{.figure = "attack_inputs", .conditions = conditions, .unit = "1"};
+    report::Figure inputs{.figure = "inputs_tried", .conditions = conditions, .unit = "1"};
     bool serves = false;
     try {
       const Outcome outcome = attack_daemon(attack, scale, logs);
@@ -275,10 +221,40 @@ int run_attack(const AttackOptions& options) {
         {attack.name, shown(inputs), shown(growth), shown(late), serves ? "yes" : "no", growth.failed});
     for (const report::Figure& figure : {inputs, growth, late}) report.add(figure);
   }
-  crashes += measure_stops_under_attack(report, scale);
-  report.add({.figure = "attack_crashes", .value = crashes, .unit = "1", .goal = 0.0});
   report.add_table("attack", "What one client can do to the daemon", table,
-                   "Each attack meets a daemon of its own, on loopback.");
+                   "Each flood meets a daemon of its own, on loopback.");
+  return crashes;
+}
+
+/// All the descriptors there are: one a connection.
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+}  // namespace
+
+std::vector<std::string> attack_parts() {
+  std::vector<std::string> parts = names_of_attacks();
+  parts.insert(parts.begin(), kFloodsPart);
+  return parts;
+}
+
+int run_attack(const AttackOptions& options) {
+  raise_descriptor_limit();
+  report::Report report(options.folder);
+  const std::filesystem::path logs = report.folder() / "attack";
+  std::filesystem::create_directories(logs);
+  const double scale = options.quick ? 0.1 : 1.0;
+
+  double crashes = 0.0;
+  if (options.only.empty() || std::count(options.only.begin(), options.only.end(), kFloodsPart) > 0) {
+    crashes += measure_floods(report, logs, scale);
+  }
+  crashes += measure_stops_under_attack(report, {scale, options.only});
+  report.add({.figure = "attack_crashes", .value = crashes, .unit = "1", .goal = 0.0});
   return 0;
 }
 
