@@ -140,6 +140,7 @@ Admission Guard::admit(const hal::RigSample& sample, FaultSet noticed) noexcept 
     const bool is_left = load_.shows_only_noted() && load_.unloaded_s() > kFreeAirS;
     const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
     proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
+    follow_load();
     if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
   } else {
     load_.interrupt();
@@ -181,13 +182,19 @@ void Guard::update_authority() noexcept {
   }
 }
 
+void Guard::follow_load() noexcept {
+  if (load_.unloaded_s() > kFreeAirFromS) {
+    const double share = (kFreeAirS - load_.unloaded_s()) / (kFreeAirS - kFreeAirFromS);
+    allowed_n_ = std::max(kFreeAirN, loaded_n_ * share);
+  } else {
+    allowed_n_ = std::min(allowed_n_ + kLoadRiseNPerS * rise_interval_s(), limits_.max_force_n);
+  }
+}
+
 double Guard::max_in_free_air_n() const noexcept {
   double max_n = std::numeric_limits<double>::infinity();
   if (!limits_.renders_real_object) return max_n;
-  if (load_.unloaded_s() > kFreeAirFromS) {
-    const double share = (kFreeAirS - load_.unloaded_s()) / (kFreeAirS - kFreeAirFromS);
-    max_n = std::max(kFreeAirN, loaded_n_ * share);
-  }
+  if (allowed_n_ < limits_.max_force_n) max_n = allowed_n_;
   if (proven_share_ < 1.0) max_n = std::min(max_n, limits_.max_force_n * proven_share_);
   if (load_.is_suspected()) max_n = std::min(max_n, std::max(kFreeAirN, rendered_n_));
   return max_n;

@@ -63,7 +63,7 @@ class [[nodiscard]] Admission {
 ///
 ///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force
 ///                             before, so that nothing is cut off in a hand; it is there 20 ms after the
-///                             contact.
+///                             contact. With a load it rises again, by kLoadRiseNPerS.
 ///   a jump is suspected       no more than kFreeAirN, or than there was before.
 ///   only a noted step is      none after 14 ms.
 ///   read
@@ -89,6 +89,8 @@ class Guard {
   /// milliseconds, and all together takes no more than 20 ms.
   static constexpr double kFreeAirS = 0.014;
   static constexpr double kProvenRiseS = 0.05;
+  /// Rate at which the bound rises with a load: a load that is seen late makes no step in the hand.
+  static constexpr double kLoadRiseNPerS = 500.0;
   /// Time after the last load that was seen at which the bound begins to come down.
   static constexpr double kFreeAirFromS = 0.005;
 
@@ -139,6 +141,8 @@ class Guard {
   /// Does what the table says about the faults of a set.
   void apply_faults(FaultSet faults) noexcept;
   void update_authority() noexcept;
+  /// Follows what the load allows.
+  void follow_load() noexcept;
   /// What free air allows of a pipeline's force: infinite while the sensor bears a load.
   double max_in_free_air_n() const noexcept;
   /// Force within magnitude and power; adds to `limited` what was needed.
@@ -163,6 +167,7 @@ class Guard {
   double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
   double proven_share_ = 0.0;  ///< since the zero is proven
   double loaded_n_ = 0.0;      ///< its size when a load was seen last
+  double allowed_n_ = kFreeAirN;  ///< by the load
   PushSpeed speed_;
   OscillationMonitor oscillation_;
   hal::Vector3 last_position_mm_;

@@ -404,11 +404,15 @@ TEST(FreeAir, APipelineThatWantsTheWorstGetsThreeTenthsOfANewton) {
     }
     double wanted_n = 8.0;
     double largest_n = 0.0;
+    double last_n = 0.0;
     for (int i = 0; i < 300; ++i) {
       tool.offset_mm.z -= 0.01;
       tool.load_n.z = 0.01 * i;
       tool.tick();
-      largest_n = std::max(largest_n, pass({0.0, 0.0, wanted_n}));
+      const double force_n = pass({0.0, 0.0, wanted_n});
+      ASSERT_LE(force_n - last_n, 1e-3 * Guard::kLoadRiseNPerS + 1e-9) << "a load makes no step, " << i;
+      last_n = force_n;
+      largest_n = std::max(largest_n, force_n);
     }
     EXPECT_NEAR(largest_n, 8.0, 1e-9);
     for (int i = 0; i < 20; ++i) {
