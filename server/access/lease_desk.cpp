@@ -42,6 +42,11 @@ bool same(const std::string& a, const std::string& b) {
   return difference == 0;
 }
 
+/// Reason that a person gave, behind a sentence that can do without.
+std::string after_colon(const std::string& reason) {
+  return reason.empty() ? std::string() : ": " + reason;
+}
+
 std::string in_words(LeaseChange change) {
   switch (change) {
     case LeaseChange::kNone:
@@ -100,10 +105,9 @@ LeaseView LeaseDesk::view(Clock::time_point now) const {
 
 Refusal LeaseDesk::held_by_another(Clock::time_point now) const {
   return {RefusalKind::kFailedPrecondition,
-          {"another client controls the rig", "lease",
-           fmt::format("{} for {:.0f} s{}", held_->holder, seconds(now - held_->since),
-                       held_->terms.purpose.empty() ? "" : ": " + held_->terms.purpose),
-           "",
+          {fmt::format("another client, {}, has controlled the rig for {:.0f} s{}", held_->holder,
+                       seconds(now - held_->since), after_colon(held_->terms.purpose)),
+           "lease", "", "",
            "wait until it is returned (hapticctl lease watch), or take it: hapticctl lease hold --take "
            "WHY"},
           Reason::kLeaseHeld};
@@ -117,10 +121,11 @@ Refusal LeaseDesk::over(const std::string& token, std::uint64_t number) const {
     break;
   }
   const bool own_doing = end.change == LeaseChange::kReturned || end.change == LeaseChange::kExpired;
-  return {RefusalKind::kAborted,
-          {in_words(end.change) + (own_doing || end.by.empty() ? "" : " by " + end.by), "lease", end.reason,
-           "", "acquire the lease, then send it again"},
-          Reason::kLeaseLost};
+  return {
+      RefusalKind::kAborted,
+      {in_words(end.change) + (own_doing || end.by.empty() ? "" : " by " + end.by) + after_colon(end.reason),
+       "lease", "", "", "acquire the lease, then send it again"},
+      Reason::kLeaseLost};
 }
 
 std::uint64_t LeaseDesk::perform(const Due& due) const {
@@ -225,10 +230,11 @@ Outcome<LeaseGranted> LeaseDesk::take_collecting(const Identity& who, const Leas
   expire_locked(due);
   if (!held_) return grant(who, terms, LeaseChange::kTaken, reason, due);
   if (take_) {
-    return Refusal{RefusalKind::kAborted,
-                   {"another client is taking the lease", "lease", take_->taker + ": " + take_->reason, "",
-                    "agree with it, then take it again"},
-                   Reason::kLeaseHeld};
+    return Refusal{
+        RefusalKind::kAborted,
+        {fmt::format("another client, {}, is taking the lease{}", take_->taker, after_colon(take_->reason)),
+         "lease", "", "", "agree with it, then take it again"},
+        Reason::kLeaseHeld};
   }
   const std::uint64_t number = number_;
   const std::uint64_t serial = ++takes_;

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "server/scene/scene_models.h"
 #include "server/scene/scene_words.h"
+#include "server/text/suggestion.h"
 #include "server/text/toml_text.h"
 
 namespace hapticd::server {
@@ -30,6 +34,22 @@ constexpr Word<rt::InclusionVariant> kVariants[] = {{"energy", rt::InclusionVari
 /// What a model says of an inclusion.
 constexpr const char* kOfModel[] = {"place_mm", "surface_mm", "stiffness_n_per_mm_m", "damping_n_s_per_mm_m1",
                                     "exponent", "approach",   "max_displacement_mm",  "attenuation"};
+
+/// One refusal that names all of them, at the first: a refusal of each would cost a load of each.
+void refuse_what_the_model_says(TomlTable& table, const std::string& model) {
+  std::vector<std::string> said;
+  for (const char* key : kOfModel) {
+    if (table.wants(key)) said.emplace_back(key);
+  }
+  if (said.empty()) return;
+  const auto first = std::min_element(said.begin(), said.end(), [&table](const auto& a, const auto& b) {
+    return table.line_of(a) < table.line_of(b);
+  });
+  table.refuse(*first, hal::Error::of(hal::ErrorCode::kMisplacedKey, "the inclusion's model says this", "",
+                                      comma_separated(said), "model = \"" + model + "\" alone",
+                                      said.size() == 1 ? "remove the key, or the model"
+                                                       : "remove these keys, or the model"));
+}
 
 const char* variant_name(const rt::InclusionParameters& inclusion) {
   return inclusion.variant == rt::InclusionVariant::kPublished ? "published" : "energy";
@@ -94,11 +114,7 @@ void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
     if (!one.model.empty()) {
       if (auto name = ModelName::parse(one.model, "inclusion.model"); !name)
         table.refuse("model", name.error());
-      for (const char* key : kOfModel) {
-        table.refuse(key,
-                     hal::Error::of(hal::ErrorCode::kMisplacedKey, "the inclusion's model says this", "", key,
-                                    "model = \"" + one.model + "\" alone", "remove the key, or the model"));
-      }
+      refuse_what_the_model_says(table, one.model);
       continue;
     }
     table.read("place_mm", one.place_mm, kPlaceMm);

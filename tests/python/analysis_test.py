@@ -164,4 +164,11 @@ def test_one_table_for_other_programs(sessions: Path, tmp_path: Path) -> None:
     answers = sum(event["event"] == "answer" for one in read for event in one.events)
     assert len(rows) == answers and set(export.PSYCHOPY) == set(rows[0])
     assert all(math.isfinite(float(row["trials.intensity"])) for row in rows)
+    # Every column of a quantity ends in its unit: nothing beside the table says it.
+    with (tmp_path / "all.csv").open(newline="") as file:
+        head = next(csv.reader(file))
+    suffixes = {"s": "_s", "N": "_n", "mm": "_mm", "N/mm": "_n_per_mm", "mm/s": "_mm_per_s"}
+    units = [None, *(about.get("Units") for about in export.COLUMNS.values())]
+    assert [name for name, unit in zip(head, units, strict=True) if unit and not name.endswith(suffixes[unit])] == []
+    assert {"onset_s", "duration_s"} <= set(head)
     assert main(["export", str(sessions), "--out", str(tmp_path / "folder"), "--psychopy"]) == 1

@@ -128,6 +128,7 @@ def test_an_object_is_identified(page: Page, start_daemon: Any, start_console: A
     page.view("objects")
     page.says("contact")
     assert page.shows("main input[type=checkbox]")
+    assert page.run(UNNAMED_COLUMNS) == []
     pictured(page, "objects")
     assert page.problems() == []
 
@@ -161,6 +162,7 @@ def test_a_recording_is_read_and_an_incident_explained(page: Page, daemon: Any) 
     page.wait(lambda: "incident:" not in page.text(".scroll"))
     page.click("show")
     page.says("press", "main .card:last-child h3")
+    assert page.run("return document.querySelectorAll('th').length") > 0 and page.run(UNNAMED_COLUMNS) == []
     assert page.problems() == []
 
 
@@ -320,6 +322,10 @@ FAINT = """
     return found;"""
 
 
+#: Tables with a column that a screen reader has no name for.
+UNNAMED_COLUMNS = "return [...document.querySelectorAll('th')].filter((e) => !e.textContent.trim()).map((e) => e.closest('table').textContent)"
+
+
 def test_every_view_can_be_reached_by_keys_and_has_names_for_all_controls(page: Page, daemon: Any) -> None:  # noqa: F811
     opened(page, daemon)
     page.driver.set_window_size(820, 1100)  # a tablet
@@ -330,6 +336,7 @@ def test_every_view_can_be_reached_by_keys_and_has_names_for_all_controls(page: 
         nameless = page.run("""return [...document.querySelectorAll('button, input, select, canvas, iframe, a')].filter((e) =>
             !(e.textContent.trim() || e.getAttribute('aria-label') || e.title || e.closest('label')?.textContent.trim())).map((e) => e.outerHTML)""")
         assert nameless == []
+        assert page.run(UNNAMED_COLUMNS) == []
         # Nothing is wider than the page, on a tablet neither.
         assert page.run("return document.documentElement.scrollWidth <= innerWidth + 1"), view
     page.driver.set_window_size(*SIZE)

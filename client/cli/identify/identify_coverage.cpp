@@ -116,7 +116,7 @@ std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, in
   std::vector<std::string> lines;
   const double share = std::isfinite(map.share()) ? map.share() : 0.0;
   const std::string covered = fmt::format("covered {:.0f} %", std::floor(100.0 * share + 1e-9));
-  const std::string heading = plane ? axis_label(map.y()) : std::string();
+  const std::string heading = plane ? axis_label(map.y()) : "samples by " + map.x().quantity();
   const auto whole = static_cast<std::size_t>(width);
   lines.push_back(padded(heading, whole - std::min(whole, covered.size())) + covered);
   for (std::size_t r = grid->rows; r-- > 0;) {

@@ -147,7 +147,11 @@ std::vector<std::string> list_lines(const char* label,
     lines.push_back("  " + terminal.paint(color, padded(i == 0 ? label : "", 9)) + printable(texts.Get(i)));
   }
   if (texts.size() > at_most && !lines.empty()) {
-    lines.back() += fmt::format("  (and {} more)", texts.size() - at_most);
+    // Rather the text is cut than how many there are.
+    const std::string more = fmt::format("  (and {} more)", texts.size() - at_most);
+    const auto room = static_cast<std::size_t>(std::max(terminal.width - static_cast<int>(more.size()), 0));
+    if (display_width(lines.back()) > room) lines.back() = padded(lines.back(), room);
+    lines.back() += more;
   }
   return lines;
 }

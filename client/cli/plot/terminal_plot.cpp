@@ -67,19 +67,32 @@ void draw_series(BrailleCanvas& canvas, const TerminalSeries& series, const Term
   }
 }
 
-/// "force / N        ━━ hand  ╍╍ target", the legend at the right; entries that do not fit are left out.
-std::string heading(const TerminalPlotFrame& frame, const std::vector<TerminalSeries>& series,
-                    const Terminal& terminal, const AxisGlyphs& glyph) {
+/// "force / N        ━━ hand  ╍╍ target", the legend at the right, on a second line where one is too short
+/// and the plot is high enough; entries that fit on neither are left out.
+std::vector<std::string> heading(const TerminalPlotFrame& frame, const std::vector<TerminalSeries>& series,
+                                 const Terminal& terminal, const AxisGlyphs& glyph) {
+  constexpr int kHeightOfTwoLines = 10;
   const auto width = static_cast<std::size_t>(frame.width);
-  std::string legend;
+  const std::size_t most = frame.height >= kHeightOfTwoLines ? 2 : 1;
+  std::vector<std::string> legends(1);
   for (const auto& entry : series) {
     if (entry.name.empty()) continue;
     const auto& key = entry.stroke == TerminalSeries::Stroke::kDashed ? glyph.dash_key : glyph.line_key;
     const std::string item = "  " + terminal.paint(entry.color, key) + " " + entry.name;
-    if (display_width(frame.y_label) + display_width(legend) + display_width(item) + 1 > width) break;
-    legend += item;
+    const std::size_t beside = legends.size() == 1 ? display_width(frame.y_label) + 1 : 0;
+    if (beside + display_width(legends.back()) + display_width(item) <= width) {
+      legends.back() += item;
+    } else if (legends.size() < most && display_width(item) <= width) {
+      legends.push_back(item);
+    } else {
+      break;
+    }
   }
-  return padded(frame.y_label, width - std::min(width, display_width(legend))) + legend;
+  for (std::string& line : legends) {
+    const std::size_t left = width - std::min(width, display_width(line));
+    line = padded(&line == &legends.front() ? frame.y_label : "", left) + line;
+  }
+  return legends;
 }
 
 /// Labels of the horizontal axis under their ticks, its name at the right end.
@@ -104,7 +117,8 @@ std::string foot(const TerminalPlotFrame& frame, const std::vector<Tick>& x_tick
 std::vector<std::string> draw(const TerminalPlotFrame& frame, const std::vector<TerminalSeries>& series,
                               const Terminal& terminal) {
   const AxisGlyphs glyph = glyphs(terminal.unicode);
-  const int rows = std::max(frame.height - 3, 1);
+  std::vector<std::string> lines = heading(frame, series, terminal, glyph);
+  const int rows = std::max(frame.height - 2 - static_cast<int>(lines.size()), 1);
   const auto y_ticks = ticks(frame.y, std::clamp(rows / 3 + 1, 3, 8));
   std::size_t label_width = 1;
   for (const Tick& tick : y_ticks) label_width = std::max(label_width, tick.label.size());
@@ -115,8 +129,6 @@ std::vector<std::string> draw(const TerminalPlotFrame& frame, const std::vector<
   BrailleCanvas canvas(columns, rows);
   for (const auto& entry : series) draw_series(canvas, entry, frame);
 
-  std::vector<std::string> lines;
-  lines.push_back(heading(frame, series, terminal, glyph));
   for (int row = 0; row < rows; ++row) {
     std::string label;
     for (const Tick& tick : y_ticks) {
@@ -135,8 +147,8 @@ std::vector<std::string> draw(const TerminalPlotFrame& frame, const std::vector<
   return lines;
 }
 
-std::vector<std::string> side_by_side(const std::vector<std::string>& left, const std::vector<std::string>& right,
-                                 int gap) {
+std::vector<std::string> side_by_side(const std::vector<std::string>& left,
+                                      const std::vector<std::string>& right, int gap) {
   std::size_t left_width = 0;
   for (const auto& line : left) left_width = std::max(left_width, display_width(line));
   std::vector<std::string> lines;

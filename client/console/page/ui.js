@@ -77,6 +77,9 @@ export function card(title, ...children) {
   return el('section', {class: 'card'}, el('h2', {}, title), ...children);
 }
 
+// The head of a column that explains itself to the eye: a screen reader reads it.
+export const unseen = (text) => el('span', {class: 'unseen'}, text);
+
 // rows: arrays of texts or elements; alignRight: numbers of columns.
 export function table(head, rows, {alignRight = [], label} = {}) {
   const cell = (tag) => (content, i) => el(tag, {class: alignRight.includes(i) ? 'right' : undefined, scope: tag === 'th' ? 'col' : undefined}, content);

@@ -2,7 +2,7 @@
 
 import {rpc, stream} from '/api.js';
 import {colour, drawCoverage, drawXY, fitCanvas} from '/plot.js';
-import {action, card, duration, el, errorBox, fill, num, parameterWords, setText, short, table, word} from '/ui.js';
+import {action, card, duration, el, errorBox, fill, num, parameterWords, setText, short, table, unseen, word} from '/ui.js';
 
 // What can be identified: the task of the contract, and what it asks.
 const TASKS = [
@@ -101,7 +101,7 @@ export function show(place, {rig}) {
     try {
       const {identifications} = await rpc('IdentificationService/ListIdentifications');
       if (gone) return;
-      fill(past, identifications.length ? table(['what', 'end', ''], identifications.slice(-12).reverse().map((one) => [`${one.kind} ${one.object}`,
+      fill(past, identifications.length ? table(['what', 'end', unseen('actions')], identifications.slice(-12).reverse().map((one) => [`${one.kind} ${one.object}`,
         word(one.state, 'IDENTIFICATION_STATE_'), el('button', {type: 'button', onclick: () => watch(one.identification)}, 'show')])) : el('p', {class: 'muted'}, 'None since the daemon started.'));
       const running = identifications.find((one) => one.state === 'IDENTIFICATION_STATE_RUNNING');
       if (running && !id) watch(running.identification);

@@ -1,7 +1,7 @@
 // What happened on the rig, from the daemon's start on: the same events as in recordings.
 
 import {stream} from '/api.js';
-import {action, card, clockTime, count, download, el, errorBox, fill, setText, table, word} from '/ui.js';
+import {action, card, clockTime, count, download, el, errorBox, fill, setText, table, unseen, word} from '/ui.js';
 
 const SHOWN = 300;
 const KEPT = 5000;
@@ -26,7 +26,7 @@ export function show(place) {
     later = 0;
     const found = wanted();
     setText(hint, found.length > SHOWN ? `The newest ${SHOWN} of ${count(found.length)}.` : `${count(found.length)} of ${count(events.length)} events.`);
-    fill(list, found.length ? table(['time', 'what', '', 'who'], found.slice(0, SHOWN).map((one) => [
+    fill(list, found.length ? table(['time', 'what', unseen('text'), 'who'], found.slice(0, SHOWN).map((one) => [
       el('span', {class: 'time', title: `tick ${one.tick}`}, one.time), el('span', {class: `kind ${one.severity}`}, one.kind), el('span', {class: 'anywhere'}, one.text), el('span', {class: 'muted'}, one.by)]), {label: 'events, the newest first'})
       : el('p', {class: 'muted'}, 'None of these.'));
   }

@@ -2,7 +2,7 @@
 
 import {rpc} from '/api.js';
 import {colour, drawXY, fitCanvas} from '/plot.js';
-import {action, card, el, errorBox, fill, num, parameterWords, short, table} from '/ui.js';
+import {action, card, el, errorBox, fill, num, parameterWords, short, table, unseen} from '/ui.js';
 
 const percent = (value) => value === undefined ? '–' : num(100 * value, '%', 1);
 
@@ -23,7 +23,7 @@ export function show(place) {
   async function readStored() {
     const answer = await rpc('ModelService/ListStoredModels');
     if (gone) return;
-    fill(stored, answer.models.length ? table(['', 'object', 'kind', 'parameters', 'residual', 'stored', 'hash', ''], answer.models.map((m) => [
+    fill(stored, answer.models.length ? table([unseen('compare'), 'object', 'kind', 'parameters', 'residual', 'stored', 'hash', unseen('actions')], answer.models.map((m) => [
       el('input', {type: 'checkbox', checked: chosen.includes(m.hash), 'aria-label': `compare ${m.object} ${m.hash.slice(0, 8)}`, onchange: (event) => choose(m.hash, event.target.checked)}),
       m.object || '–', m.kind, m.parameters.map((p) => `${parameterWords(p.name)} ${short(p.value, p.unit)}`).join(', '), num(100 * m.residual, '%', 1), new Date(Number(m.stored_at_unix_s) * 1000).toLocaleString('sv'),
       m.hash.slice(0, 8) + (m.in_use ? ' (in use)' : ''), action('tag', async () => {

@@ -3,7 +3,7 @@
 import {rpc} from '/api.js';
 import {fetchExport, readCsv} from '/csv_table.js';
 import {Traces, fitCanvas} from '/plot.js';
-import {action, bytes, card, clockTime, columnTitle, count, download, duration, el, errorBox, fill, num, setText, table, word} from '/ui.js';
+import {action, bytes, card, clockTime, columnTitle, count, download, duration, el, errorBox, fill, num, setText, table, unseen, word} from '/ui.js';
 
 const MAX_ROWS = 20000;
 const COLUMNS = ['contact_reaction_force_n', 'control_hand_force_n', 'deformation_displacement_mm', 'target_stiffness_n_per_mm',
@@ -74,7 +74,7 @@ export function show(place, {rig, argument}) {
       from = isIncident ? cause - 1 : 0;
       to = isIncident ? cause + 0.2 : loaded.rows.last();
       draw();
-      fill(events, loaded.events.length ? table(['at', 'what', ''], loaded.events.map((e) => [num(e.time, 's', 3), e.kind, e.text]), {alignRight: [0]}) : null);
+      fill(events, loaded.events.length ? table(['at', 'what', unseen('text')], loaded.events.map((e) => [num(e.time, 's', 3), e.kind, e.text]), {alignRight: [0]}) : null);
     } catch (error) {
       fill(headline, el('h3', {}, file.id), errorBox(error));
     }
@@ -97,7 +97,7 @@ export function show(place, {rig, argument}) {
         .map((one) => rpc('RecordingService/ListRecordings', {kind: one})));
       if (gone) return;
       all = answers.flatMap((answer) => answer.recordings).sort((a, b) => Number(BigInt(b.started_unix_ns) - BigInt(a.started_unix_ns)));
-      fill(list, all.length ? table(['begun', 'what', 'duration', 'ticks lost', 'size', 'by', ''], all.slice(0, 200).map((file) => [
+      fill(list, all.length ? table(['begun', 'what', 'duration', 'ticks lost', 'size', 'by', unseen('actions')], all.slice(0, 200).map((file) => [
         el('span', {class: 'time'}, clockTime(file.started_unix_ns)), [file.kind === 'RECORDING_KIND_INCIDENT' ? el('strong', {}, 'incident: ', file.cause || file.name) : file.name, file.note ? el('div', {class: 'muted'}, file.note) : null],
         duration(file.duration_s), count(file.lost_ticks), bytes(file.bytes), file.by, file.state === 'RECORDING_STATE_RUNNING' ? 'runs' : el('div', {class: 'row'},
           el('button', {type: 'button', onclick: () => { location.hash = 'recordings/' + file.id; open(file); }}, 'show'), action('save CSV', () => save(file), said))]), {alignRight: [2, 3, 4]})

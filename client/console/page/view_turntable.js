@@ -1,7 +1,7 @@
 // The table that brings objects under the tool.
 
 import {rpc, stream} from '/api.js';
-import {action, card, el, errorBox, facts, fill, num, table, word} from '/ui.js';
+import {action, card, el, errorBox, facts, fill, num, table, unseen, word} from '/ui.js';
 
 const POLL_MS = 400;
 
@@ -50,7 +50,7 @@ export function show(place) {
       const key = JSON.stringify(t.stations);
       if (key !== shown) {
         shown = key;
-        fill(stations, t.stations.length ? table(['station', 'angle', 'object', ''], t.stations.map((s) => [s.name, num(s.angle_deg, '°', 1), s.object || '–',
+        fill(stations, t.stations.length ? table(['station', 'angle', 'object', unseen('actions')], t.stations.map((s) => [s.name, num(s.angle_deg, '°', 1), s.object || '–',
           action('go', () => go({station: s.name}), said)]), {alignRight: [1]}) : null);
       }
       timer = setTimeout(read, POLL_MS);

@@ -42,7 +42,7 @@ TEST(LeaseService, RefusesTheCommandsOfOthersAndNamesItsHolder) {
   const grpc::Status refused = other.set(0.4);
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(detail_of(refused).reason(), v1::ERROR_REASON_LEASE_HELD);
-  EXPECT_NE(detail_of(refused).value().find("calibration"), std::string::npos);
+  EXPECT_NE(detail_of(refused).what().find("calibration"), std::string::npos);
   EXPECT_EQ(detail_of(other.acquire()).reason(), v1::ERROR_REASON_LEASE_HELD);
   v1::StopResponse stopped;
   EXPECT_TRUE(other.safety->Stop(call_context().get(), {}, &stopped).ok()) << "all may stop";

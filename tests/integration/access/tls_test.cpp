@@ -99,7 +99,7 @@ TEST(Certificates, CommandsFromElsewhereGoUnderALease) {
       ADD_FAILURE() << "another holds it";
     } catch (const Error& error) {
       EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_LEASE_HELD);
-      EXPECT_NE(error.detail().value().find("operator/anna"), std::string::npos);
+      EXPECT_NE(error.detail().what().find("operator/anna"), std::string::npos);
     }
   }
   EXPECT_FALSE(anna.lease().has_lease()) << "given back with the client";

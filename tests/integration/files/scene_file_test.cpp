@@ -19,8 +19,8 @@ namespace {
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, corrected_poses, axis, mass, contact, wall,
          ball, map, target, max_target, ramp, max_change, structure_compensated, structural, structural_field,
-         explore, inclusions, friction_target, transient, fixture, watch, control, seeks_gain,
-         compensation, guard] = spec;
+         explore, inclusions, friction_target, transient, fixture, watch, control, seeks_gain, compensation,
+         guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
@@ -395,6 +395,21 @@ TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   for (const char* watched : {"wall_guided", "ball_watched", "explore_watched"}) {
     EXPECT_TRUE(library.find(watched)->watch) << watched;
   }
+}
+
+TEST(SceneFile, AllKeysThatAnInclusionsModelReplacesAreNamedAtOnce) {
+  const auto refused = parse_scene(
+      "kind = \"explore\"\n[[inclusion]]\nstiffness_n_per_mm_m = 0.1\nplace_mm = [0.0, 0.0, -20.0]\n"
+      "model = \"tumour\"\nattenuation = 6.0\n",
+      "scene 'mine'", "mine");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().text(),
+            "scene 'mine', line 3: the inclusion's model says this (got place_mm, stiffness_n_per_mm_m, "
+            "attenuation); accepted: model = \"tumour\" alone; remove these keys, or the model");
+  const auto one =
+      parse_scene("kind = \"explore\"\n[[inclusion]]\nmodel = \"tumour\"\nexponent = 2.0\n", "scene", "mine");
+  ASSERT_FALSE(one);
+  EXPECT_EQ(one.error().remedy, "remove the key, or the model");
 }
 
 TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {

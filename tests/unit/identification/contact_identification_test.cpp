@@ -71,7 +71,9 @@ TEST(ContactIdentification, FindsALawWithItsErrorsByEveryMethod) {
 TEST(ContactIdentification, TellsWhatIsMissingUntilItHasConverged) {
   ContactIdentification identification(hunt_crossley_task(), rig());
   EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kPress);
-  EXPECT_FALSE(identification.progress().missing.empty());
+  EXPECT_TRUE(identification.next_request().words.ends_with(" N")) << identification.next_request().words;
+  ASSERT_FALSE(identification.progress().missing.empty());
+  EXPECT_NE(identification.progress().missing.front().find("(no contact seen yet)"), std::string::npos);
   double before = 0.0;
   bool converged = false;
   std::size_t i = 0;

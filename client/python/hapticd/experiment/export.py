@@ -189,6 +189,11 @@ experiment. Where the daemon recorded the session, a row names the recording, an
 """
 
 
+def _with_unit(name: str) -> str:
+    """A time has its plain name in BIDS only, where the file beside the table says that it is in s."""
+    return f"{name}_s" if COLUMNS.get(name, {}).get("Units") == "s" else name
+
+
 def to_csv(sessions: Sequence[Session], path: Path, *, psychopy: bool = False) -> None:
     """One table of all participants. `psychopy`: answers only, under the names that PsychoPy gives."""
     if path.exists():
@@ -197,7 +202,7 @@ def to_csv(sessions: Sequence[Session], path: Path, *, psychopy: bool = False) -
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         names = list(PSYCHOPY) if psychopy else ["participant", *COLUMNS]
-        writer.writerow(names)
+        writer.writerow(names if psychopy else [_with_unit(name) for name in names])
         for one in sessions:
             for row in rows(one):
                 if psychopy and row["trial_type"] != "answer":

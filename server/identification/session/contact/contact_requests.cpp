@@ -35,6 +35,11 @@ MotionRequest press(double force_n, double rate_n_per_s, double hold_s, std::str
   return request;
 }
 
+/// Words without what came of it so far: they stay while the motion is made, the number would be an old one.
+std::string lasting(const std::string& words) {
+  return words.substr(0, words.find(" ("));
+}
+
 }  // namespace
 
 std::vector<std::string> missing_in_words(const PalpationNeeds& n) {
@@ -43,7 +48,10 @@ std::vector<std::string> missing_in_words(const PalpationNeeds& n) {
     missing.push_back(
         formatted("press deeper than %.3g mm (%.3g mm so far)", n.displacement_mm, n.deepest_mm));
   } else if (!force_reached(n) && !(n.displacement_mm > 0.0)) {
-    missing.push_back(formatted("press harder: up to %.3g N (%.3g N so far)", n.force_n, n.largest_force_n));
+    missing.push_back(
+        n.largest_force_n > 0.0
+            ? formatted("press harder: up to %.3g N (%.3g N so far)", n.force_n, n.largest_force_n)
+            : formatted("press harder: up to %.3g N (no contact seen yet)", n.force_n));
   }
   if (!held(n)) {
     missing.push_back(
@@ -61,7 +69,7 @@ std::vector<std::string> missing_in_words(const PalpationNeeds& n) {
 MotionRequest next_palpation(const PalpationNeeds& n) {
   const std::vector<std::string> missing = missing_in_words(n);
   if (missing.empty()) return {};
-  const std::string& words = missing.front();
+  const std::string words = lasting(missing.front());
   const double f = n.force_n;
   if (!gently_touched(n)) return press(0.4 * f, 0.6 * f, 0.3, words);
   if (!depth_reached(n)) {

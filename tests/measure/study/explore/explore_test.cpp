@@ -22,6 +22,14 @@
 #include "tests/measure/study/explore/stroke_judge.h"
 #include "tests/support/value_of.h"
 
+namespace hapticd::sim {
+
+void PrintTo(Plant plant, std::ostream* out) {
+  *out << name_of(plant);
+}
+
+}  // namespace hapticd::sim
+
 namespace hapticd::study {
 namespace {
 

@@ -96,6 +96,7 @@ TEST(IdentifyCoverage, AMapOverOneQuantityHasOneRow) {
   map.mutable_y()->set_bins(0);
   const auto lines = draw_coverage(map, 48, 8, kAscii);
   ASSERT_EQ(lines.size(), 4U);
+  EXPECT_TRUE(lines[0].starts_with("samples by displacement ")) << lines[0];
   EXPECT_EQ(lines[1], "      |[#][#][ ][ ]");
   // If the name of the quantity would hide its edges, it is below them.
   const auto narrow = draw_coverage(map, 30, 8, kAscii);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -57,6 +58,21 @@ TEST(IdentifyView, AFrameFitsEveryTerminal) {
       }
     }
   }
+}
+
+TEST(IdentifyView, HowManyMoreAreMissingIsNotCut) {
+  v1::IdentificationProgress progress = contact_progress(0.4);
+  progress.clear_missing();
+  for (int i = 0; i < 4; ++i) {
+    progress.add_missing("hold still for a second under 1.2 N or more, then press again (0.2 s so far)");
+  }
+  const auto lines = identify_frame(progress, "", {.unicode = true, .width = 80, .height = 24});
+  const auto missing = std::find_if(lines.begin(), lines.end(), [](const std::string& line) {
+    return line.find("hold still") != std::string::npos;
+  });
+  ASSERT_NE(missing, lines.end());
+  EXPECT_TRUE(missing->ends_with("(and 3 more)")) << *missing;
+  EXPECT_LE(display_width(*missing), 80U);
 }
 
 TEST(IdentifyView, TheInstructionIsBoxedAndBrokenIntoLines) {

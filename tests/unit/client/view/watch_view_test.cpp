@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace hapticd::cli {
 namespace {
@@ -64,6 +65,29 @@ TEST(WatchView, ATargetThatChangesWithTheDepthIsNoStraightLine) {
   const std::string bent = joined_frame(pressed(profile).frame(client::StreamAccount(1), terminal));
   EXPECT_NE(bent.find("target, 0.7 N/mm now"), std::string::npos) << bent;
   EXPECT_EQ(bent.find("target 0.7 N/mm\n"), std::string::npos);
+}
+
+/// Number of places of `part`.
+int count(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+/// Legends of force over displacement and of force over time.
+TEST(WatchView, TheLegendsNameEveryCurveOnEveryTerminal) {
+  for (const auto& [width, height] : {std::pair{80, 24}, {120, 24}, {120, 40}, {200, 50}}) {
+    const Terminal terminal{.live = true, .unicode = true, .width = width, .height = height};
+    for (const auto target : {constant, profile}) {
+      const auto lines = pressed(target).frame(client::StreamAccount(1), terminal);
+      EXPECT_LE(lines.size(), static_cast<std::size_t>(height));
+      const std::string all = joined_frame(lines);
+      EXPECT_EQ(count(all, "╍╍ target"), 1) << all;
+      EXPECT_EQ(count(all, "━━ reaction"), 2) << all;
+      EXPECT_EQ(count(all, "━━ hand, true"), 2) << all;
+      EXPECT_EQ(count(all, "━━ hand"), 4) << all;
+    }
+  }
 }
 
 /// The secant of now would be at 2.8 N in 4 mm, where the profile asks for 1.2 N.
