@@ -115,10 +115,16 @@ void LoadWatch::jump(const hal::Vector3& by_n) noexcept {
 
 void LoadWatch::follow_noted(const Load& load) noexcept {
   if (squared(noted_n_) == 0.0) return;
-  Load without = load;
-  without.prompt_n = load.prompt_n - noted_n_;
-  without.steady_n = load.steady_n - noted_n_;
-  const bool is_other = shows_load(without);
+  const auto shows_more_than = [&](const hal::Vector3& step_n) {
+    Load without = load;
+    without.prompt_n = load.prompt_n - step_n;
+    without.steady_n = load.steady_n - step_n;
+    return shows_load(without);
+  };
+  bool is_other = shows_more_than(noted_n_);
+  // The jump before may have gone as well, unseen under the load; how much it was shows in free air afterwards.
+  const hal::Vector3 back_n = proven_jump_n_ - jump_n_;
+  if (is_other && has_proof_ && exceeds(back_n, kLoadN)) is_other = shows_more_than(noted_n_ + back_n);
   // One slot of noise does not make a load of it again.
   other_slots_ = is_other ? other_slots_ + 1 : 0;
   if (is_other && (!shows_only_noted() || other_slots_ > kLeftSlots)) {

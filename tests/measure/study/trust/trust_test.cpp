@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "server/model/model_file.h"
+#include "tests/measure/study/common/explore_study.h"
+#include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/trust/settings_search.h"
 #include "tests/measure/study/trust/trust_trial.h"
 #include "tests/support/free_air_judge.h"
@@ -105,6 +107,21 @@ TEST_P(NothingThere, NothingFelt) {
   ASSERT_GT(outcome.free_s, 3.0) << "there was free air to be judged";
   EXPECT_LE(outcome.max_n, FreeAirJudge::kMaxN) << "at " << outcome.max_at_s << " s";
   EXPECT_LE(outcome.longest_ms, 1e3 * FreeAirJudge::kWithinS) << "at " << outcome.longest_at_s << " s";
+}
+
+/// A jump that cancels a press to within the threshold hides it; the next one looks like a jump in free air.
+TEST(ZeroJumps, OfWhichOneHidThePressAreKnownOnceTheObjectIsLeft) {
+  const OnPlant general(sim::Plant::kGeneral);
+  const IdentificationResult& ours = identified("foam_ball_3d");
+  for (const TrustCause& cause : trust_causes()) {
+    if (cause.name != "zero_jump_touched" || cause.level != "2 N") continue;
+    TrustCase trial;
+    trial.cause = &cause;
+    trial.scene = "explore_rod";
+    trial.seed = 2;
+    const TrustOutcome outcome = run_trust_case(trial, {&ours.model, &ours.dissertation});
+    EXPECT_TRUE(outcome.holds) << outcome.max_n << " N at " << outcome.max_at_s << " s";
+  }
 }
 
 /// The whole search is the study's part "settings".
