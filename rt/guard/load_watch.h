@@ -114,7 +114,7 @@ class LoadWatch {
   static constexpr std::size_t kHalf = 6;  // slots of half the triangle: an encoder count is 20 mN at most
   static constexpr std::uint32_t kMinStretch = 8;
   static constexpr double kFlatShare = 0.15;
-  static constexpr double kSeenShare = 0.6;  // of a step, between the slots beside it
+  static constexpr double kSeenShare = 0.6;  // of a step, between the slots next to it
   static constexpr double kFlatN = 0.02;  // six deviations of a slot's noise
   static constexpr double kRisesN = 0.012;
   static constexpr double kUnchangedN = 0.025;

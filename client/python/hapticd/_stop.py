@@ -37,7 +37,7 @@ class StopOutcome:
 
 
 def stop_by_port(endpoint: Endpoint, timeout_s: float) -> int:
-    """Stops by the daemon's path for stops alone: the next port, or the datagram socket beside the unix socket. Returns
+    """Stops by the daemon's path for stops alone: the next port, or the datagram socket next to the unix socket. Returns
     the last completed tick when the stop was handed to the loop. Raises Unreachable, TimedOut, Refused."""
     if endpoint.address.startswith("unix:"):
         where = endpoint.address[len("unix:") :] + ".stop"

@@ -190,7 +190,7 @@ experiment. Where the daemon recorded the session, a row names the recording, an
 
 
 def _with_unit(name: str) -> str:
-    """A time has its plain name in BIDS only, where the file beside the table says that it is in s."""
+    """A time has its plain name in BIDS only, where the file next to the table says that it is in s."""
     return f"{name}_s" if COLUMNS.get(name, {}).get("Units") == "s" else name
 
 
