@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/signal/vector.h"
+
 namespace hapticd::rt {
 
 namespace {
 
 /// Longest gap between two samples: beyond it, what happened is not known.
 constexpr double kLostS = 0.010;
-
-double norm(const hal::Vector3& v) noexcept {
-  return std::sqrt(dot(v, v));
-}
 
 struct WatchRange {
   const char* name;

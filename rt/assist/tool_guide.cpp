@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/signal/vector.h"
+
 namespace hapticd::rt {
 
 namespace {
@@ -11,15 +13,6 @@ namespace {
 constexpr double kPeakOfMinimumJerk = 1.875;
 /// How quickly a reference that ends comes to rest.
 constexpr double kRestS = 0.015;
-
-double norm(const hal::Vector3& v) noexcept {
-  return std::sqrt(dot(v, v));
-}
-
-hal::Vector3 bounded(const hal::Vector3& v, double most) noexcept {
-  const double size = norm(v);
-  return size > most ? v * (most / size) : v;
-}
 
 /// Share of the way at a share of the time.
 double minimum_jerk(double t) noexcept {
@@ -108,10 +101,10 @@ hal::Vector3 ToolGuide::update(const Situation& now) noexcept {
   const hal::Vector3 spring_n = (reference_mm_ - now.tip_mm) * kStiffnessNPerMm;
   const hal::Vector3 wanted_n =
       spring_n + integral_n_ + (reference_mm_per_s_ - now.velocity_mm_per_s) * kDampingNSPerMm;
-  force_n_ = bounded(wanted_n, motion_.max_force_n);
-  const bool is_bounded = dot(wanted_n, wanted_n) > motion_.max_force_n * motion_.max_force_n;
+  force_n_ = within(wanted_n, motion_.max_force_n);
+  const bool is_bounded = exceeds(wanted_n, motion_.max_force_n);
   if (state_ == GuideState::kUnderWay && !is_bounded) {
-    integral_n_ = bounded(integral_n_ + spring_n * (now.interval_s / kIntegralS), 0.5 * motion_.max_force_n);
+    integral_n_ = within(integral_n_ + spring_n * (now.interval_s / kIntegralS), 0.5 * motion_.max_force_n);
   }
   return force_n_ * share_;
 }

@@ -66,6 +66,7 @@ void Guard::set_limits(const GuardLimits& limits) noexcept {
   stale_after_ns_ = in_ns(limits.sensor_stale_after_ms);
   gap_ns_ = in_ns(limits.loop_gap_ms);
   load_.set_parameters(limits.tool);
+  if (!limits.renders_real_object) load_.forget_zero();
 }
 
 inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed) noexcept {
@@ -133,18 +134,7 @@ void Guard::apply_faults(FaultSet faults) noexcept {
 Admission Guard::admit(const hal::RigSample& sample, FaultSet noticed) noexcept {
   present_ = faults_of(sample, noticed);
   const bool fit = (present_ & kUnfit) == 0;
-  if (!limits_.renders_real_object) {
-    load_.forget_zero();
-  } else if (fit) {
-    load_.update(sample, interval_s_, last_force_n_);
-    const bool is_left = load_.shows_only_noted() && load_.unloaded_s() > kFreeAirS;
-    const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
-    proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
-    follow_load();
-    if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
-  } else {
-    load_.interrupt();
-  }
+  if (limits_.renders_real_object) watch_load(sample, fit);
   if (follow(sample, fit)) present_ |= set_of(GuardFault::kOscillation);
   if ((present_ & kTakesForce) != 0) [[unlikely]] {
     apply_faults(present_);
@@ -182,7 +172,13 @@ void Guard::update_authority() noexcept {
   }
 }
 
-void Guard::follow_load() noexcept {
+void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
+  if (!fit) return load_.interrupt();
+  load_.update(sample, interval_s_, last_force_n_);
+  const bool is_left = load_.shows_only_noted() && load_.unloaded_s() > kFreeAirS;
+  const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
+  proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
+  if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
   if (load_.unloaded_s() > kFreeAirFromS) {
     const double share = (kFreeAirS - load_.unloaded_s()) / (kFreeAirS - kFreeAirFromS);
     allowed_n_ = std::max(kFreeAirN, loaded_n_ * share);
@@ -210,7 +206,8 @@ hal::Vector3 Guard::within_bounds(hal::Vector3 force_n, double max_force_n,
     force_n = direction * magnitude_n;
     limited |= guard_limit::kForce;
   }
-  const double power_w = 1e-3 * magnitude_n * speed_.along_mm_per_s(direction);
+  const double bounded_from_mm_per_s = limits_.max_power_w / (1e-3 * magnitude_n);
+  const double power_w = 1e-3 * magnitude_n * speed_.along_mm_per_s(direction, bounded_from_mm_per_s);
   if (power_w > limits_.max_power_w) {
     force_n = force_n * (limits_.max_power_w / power_w);
     limited |= guard_limit::kPower;

@@ -90,7 +90,7 @@ class Guard {
   static constexpr double kFreeAirS = 0.014;
   static constexpr double kProvenRiseS = 0.05;
   /// Rate at which the bound rises with a load: a load that is seen late makes no step in the hand.
-  static constexpr double kLoadRiseNPerS = 500.0;
+  static constexpr double kLoadRiseNPerS = 250.0;
   /// Time after the last load that was seen at which the bound begins to come down.
   static constexpr double kFreeAirFromS = 0.005;
 
@@ -141,8 +141,8 @@ class Guard {
   /// Does what the table says about the faults of a set.
   void apply_faults(FaultSet faults) noexcept;
   void update_authority() noexcept;
-  /// Follows what the load allows.
-  void follow_load() noexcept;
+  /// Follows whether the sensor bears a load, and the bound with it.
+  void watch_load(const hal::RigSample& sample, bool fit) noexcept;
   /// What free air allows of a pipeline's force: infinite while the sensor bears a load.
   double max_in_free_air_n() const noexcept;
   /// Force within magnitude and power; adds to `limited` what was needed.

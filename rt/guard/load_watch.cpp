@@ -103,7 +103,7 @@ void LoadWatch::update(const hal::RigSample& sample, double interval_s,
   const hal::Vector3 reading = sample.sensor_force_n - weight + weight_in_zero_n_;
   if (has_other_tool_) [[unlikely]] {
     // By its weight alone: what the reading itself changes by meanwhile may be a load.
-    if (looks_ > 0 || count_ > 0) {
+    if (looks_ > 0 || newest_ > 0) {
       drift_n_ = drift_n_ + (looks_ > 0 ? under_way_.weight_n : before(0).weight_n) - weight;
     }
     interrupt();
@@ -133,7 +133,8 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   under_way_.device_n = device_n;
   if (looks_ > 1) under_way_.reading_n = under_way_.reading_n * (1.0 / looks_);
   const double s = under_way_.length_s;
-  slots_[count_++ % kSlots] = under_way_;
+  if (newest_ == 0 || ++newest_ == 2 * kSlots) newest_ = kSlots;
+  slots_[newest_] = slots_[newest_ - kSlots] = under_way_;
   filled_ = std::min(filled_ + 1, kSlots);
   if (filled_ > 2 * kHalf) is_after_gap_ = false;
   under_way_ = {};
@@ -175,13 +176,17 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
 
 bool LoadWatch::has_even_slots(double& former_s, double& latter_s) const noexcept {
   if (filled_ < 2 * kHalf + 1) return false;
-  former_s = latter_s = 0.0;
   double longest_s = 0.0;
-  for (std::size_t age = 0; age < 2 * kHalf; ++age) {
-    const double s = before(age).length_s;
-    (age < kHalf ? latter_s : former_s) += s;
-    longest_s = std::max(longest_s, s);
-  }
+  const auto length_s = [&](const Slot* slot) {
+    double sum_s = 0.0;
+    for (std::size_t i = 0; i < kHalf; ++i, --slot) {
+      sum_s += slot->length_s;
+      longest_s = std::max(longest_s, slot->length_s);
+    }
+    return sum_s;
+  };
+  latter_s = length_s(&before(0));
+  former_s = length_s(&before(kHalf));
   return longest_s * kHalf < 0.75 * (former_s + latter_s);
 }
 
@@ -196,15 +201,17 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
     return now;
   }
   hal::Vector3 sum_n;
-  for (std::size_t i = 0; i < kHalf; ++i) {
-    const double weight = static_cast<double>(i) + 0.5;
-    sum_n = sum_n + (before(i).reading_n + before(2 * kHalf - 1 - i).reading_n) * weight;
+  const Slot* young = &before(0);
+  const Slot* old = &before(2 * kHalf - 1);
+  for (double weight = 0.5; weight < kHalf; weight += 1.0) {
+    sum_n = sum_n + (young--->reading_n + old++->reading_n) * weight;
   }
+  const double over_s = 2.0 / (former_s + latter_s);
+  const double per_latter = over_s / latter_s;
+  const double per_former = over_s / former_s;
   const auto second_difference = [&](hal::Vector3 Slot::*of) {
-    const hal::Vector3 middle = before(kHalf).*of;
-    return ((before(0).*of - middle) * (1.0 / latter_s) -
-            (middle - before(2 * kHalf).*of) * (1.0 / former_s)) *
-           (2.0 / (former_s + latter_s));
+    const hal::Vector3& middle = before(kHalf).*of;
+    return (before(0).*of - middle) * per_latter - (middle - before(2 * kHalf).*of) * per_former;
   };
   const hal::Vector3 acceleration = second_difference(&Slot::tip_mm);
   now.acceleration_mm_per_s2 = acceleration;
@@ -214,8 +221,10 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
   // The tool's mass times the way that a newton bends the device.
   const double per_n_s2 =
       inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, parameters_.compliance_mm_per_n);
-  now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
-  now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
+  if (per_n_s2 > 0.0) {
+    now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
+    now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
+  }
   now.steady_n = sum_n * (1.0 / (kHalf * kHalf)) - zero + inertia_n;
   return now;
 }

@@ -107,7 +107,7 @@ class LoadWatch {
  private:
   static constexpr double kSlotS = 0.75e-3;  // ended by the first tick after it: a millisecond at 1 kHz
   static constexpr double kMaxSlotS = 4e-3;  // a longer one hides what happened in it
-  static constexpr std::size_t kSlots = 16;  // a power of two: the count may wrap
+  static constexpr std::size_t kSlots = 16;
   static constexpr std::size_t kBefore = 3;
   static constexpr std::size_t kAfter = 4;
   static constexpr std::size_t kStepSlots = kBefore + 2 + kAfter;
@@ -160,7 +160,7 @@ class LoadWatch {
     double swing_n = 0.0;   ///< the same of the device's force and the load
   };
 
-  const Slot& before(std::size_t age) const noexcept { return slots_[(count_ - 1 - age) % kSlots]; }
+  const Slot& before(std::size_t age) const noexcept { return slots_[newest_ - age]; }
   void take_bias(const hal::RigSample& sample) noexcept;
   /// The tool's weight, sensor frame.
   hal::Vector3 weight_n(const hal::RigSample& sample) const noexcept;
@@ -197,8 +197,9 @@ class LoadWatch {
   bool is_turned_ = false;  ///< the sensor, in the tool
   bool has_other_tool_ = false;
   hal::Vector3 weight_in_zero_n_;
-  std::array<Slot, kSlots> slots_{};
-  std::size_t count_ = 0;   ///< slots so far; may wrap
+  /// A ring, written twice, so that what it holds also is in one piece, the newest last at newest_.
+  std::array<Slot, 2 * kSlots> slots_{};
+  std::size_t newest_ = 0;  ///< 0: there has been none
   bool is_after_gap_ = true;  ///< there are not yet enough slots to know the acceleration
   std::size_t filled_ = 0;  ///< of them, those since the last interruption, up to kSlots
   Slot under_way_{};        ///< with the sum of its readings

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "hal/samples.h"
 
@@ -33,6 +34,7 @@ class PushSpeed {
       return;
     }
     const hal::Vector3 step_mm = position_mm - now_.position_mm;
+    follow_fastest(step_mm, interval_s);
     smoothed_mm_per_s_ =
         smoothed_mm_per_s_ + (step_mm - smoothed_mm_per_s_ * interval_s) * (1.0 / (interval_s + kSmoothingS));
     if (now_.time_s - places_[(count_ - 1) % kPlaces].time_s >= kSpacingS) remember();
@@ -41,9 +43,11 @@ class PushSpeed {
   /// A position was missed: what is known of the speed is over.
   void reset() noexcept { *this = {}; }
 
-  /// mm/s along `direction`, a unit vector. Zero or negative: nothing is given.
-  double along_mm_per_s(const hal::Vector3& direction) const noexcept {
+  /// mm/s along `direction`, a unit vector. Zero or negative: nothing is given. Below `matters_mm_per_s` it
+  /// need not be exact: while no two positions were that far apart, only the smoothed speed is looked at.
+  double along_mm_per_s(const hal::Vector3& direction, double matters_mm_per_s = 0.0) const noexcept {
     double speed = dot(smoothed_mm_per_s_, direction);
+    if (std::max(fastest_, fastest_before_) < matters_mm_per_s * matters_mm_per_s) return speed;
     for (std::size_t back = 1; back <= kPlaces && back <= count_; ++back) {
       const Place& then = places_[(count_ - back) % kPlaces];
       const double elapsed_s = now_.time_s - then.time_s;
@@ -63,11 +67,22 @@ class PushSpeed {
     double time_s = 0.0;
   };
   void remember() noexcept { places_[count_++ % kPlaces] = now_; }
+  /// The largest speed between two positions, of more than the last kMaxPathS: no path is faster.
+  void follow_fastest(const hal::Vector3& step_mm, double interval_s) noexcept {
+    if (now_.time_s - fastest_since_s_ > kMaxPathS) {
+      fastest_before_ = std::exchange(fastest_, 0.0);
+      fastest_since_s_ = now_.time_s;
+    }
+    fastest_ = std::max(fastest_, dot(step_mm, step_mm) / (interval_s * interval_s));
+  }
 
   std::array<Place, kPlaces> places_{};
   std::size_t count_ = 0;
   Place now_;
   hal::Vector3 smoothed_mm_per_s_;
+  double fastest_ = 0.0;         ///< squared, since fastest_since_s_
+  double fastest_before_ = 0.0;  ///< and in the kMaxPathS before that
+  double fastest_since_s_ = 0.0;
 };
 
 }  // namespace hapticd::rt

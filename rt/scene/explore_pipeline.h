@@ -23,7 +23,7 @@
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "rt/signal/structural_deflection.h"
-#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
 #include "rt/target/feasible_range.h"
 #include "rt/target/target_blend.h"

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 
+#include "hal/samples.h"
+
 namespace hapticd::rt {
 
 /// First-order adaptive windowing (Janabi-Sharifi, Hayward, Chen 2000): the velocity is the slope of the
@@ -12,7 +14,10 @@ namespace hapticd::rt {
 /// Noise goes with the bound over the window's time, so the window's points lie a millisecond apart if ticks
 /// are shorter: as many points, as long a window and as quiet a velocity, brought up to date at every tick.
 /// Slopes are taken over the measured times of the positions, so a late tick does not show as velocity.
-class AdaptiveWindowVelocity {
+/// `Value` is one position, or a vector of three that are measured at the same instants: encoders are read and
+/// rounded axis by axis, so each axis has a window of its own; the times are taken once for all of them.
+template <class Value>
+class BasicAdaptiveWindowVelocity {
  public:
   static constexpr int kMaxWindow = 15;  ///< points before the newest
   static constexpr double kSpacingS = 1e-3;
@@ -23,31 +28,26 @@ class AdaptiveWindowVelocity {
   };
 
   /// `noise_bound_mm` bounds the position error: half to one encoder step. Must be > 0.
-  AdaptiveWindowVelocity(double noise_bound_mm, double rate_hz, Fit fit = Fit::kEnd) noexcept;
+  BasicAdaptiveWindowVelocity(double noise_bound_mm, double rate_hz, Fit fit = Fit::kEnd) noexcept;
 
   /// Takes the next position, measured `periods` (> 0) of the loop after the last; returns the velocity. The
   /// first call after reset() starts the buffer (at that position, not at zero) and returns 0.
-  double update(double position_mm, double periods = 1.0) noexcept;
+  const Value& update(const Value& position_mm, double periods = 1.0) noexcept;
   void reset() noexcept;
 
-  double velocity_mm_per_s() const noexcept { return velocity_mm_per_s_; }
-  /// Ticks spanned by the line last fitted; 0 right after the start.
+  const Value& velocity_mm_per_s() const noexcept { return velocity_mm_per_s_; }
+  /// Ticks spanned by the line last fitted, the shortest of the axes; 0 right after the start.
   int window() const noexcept { return window_; }
 
  private:
   struct Reading {
-    double position_mm = 0.0;
+    Value position_mm{};
     double periods = 0.0;  ///< when, since the start
   };
 
   /// `points` before the newest.
   const Reading& reading(int points) const noexcept {
     return readings_[static_cast<std::size_t>(newest_ - points * spacing_)];
-  }
-  /// Slope per period, from the position `points` before the newest to the newest.
-  double slope_from(const Reading& earlier) const noexcept {
-    const Reading& newest = reading(0);
-    return (newest.position_mm - earlier.position_mm) / (newest.periods - earlier.periods);
   }
   void fit_first() noexcept;
   void fit_end() noexcept;
@@ -67,7 +67,10 @@ class AdaptiveWindowVelocity {
   int filled_ = 0;
   int points_ = 0;  ///< before the newest, since the start, up to the longest window
   int window_ = 0;
-  double velocity_mm_per_s_ = 0.0;
+  Value velocity_mm_per_s_{};
 };
+
+using AdaptiveWindowVelocity = BasicAdaptiveWindowVelocity<double>;
+using AdaptiveWindowVelocity3 = BasicAdaptiveWindowVelocity<hal::Vector3>;
 
 }  // namespace hapticd::rt

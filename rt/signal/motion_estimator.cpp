@@ -11,18 +11,20 @@ double noise_bound_mm(double resolution_mm) noexcept {
 }
 }  // namespace
 
-MotionEstimator::MotionEstimator(double position_resolution_mm, double rate_hz) noexcept
+template <class Value>
+BasicMotionEstimator<Value>::BasicMotionEstimator(double position_resolution_mm, double rate_hz) noexcept
     : rate_hz_(rate_hz),
       timer_(rate_hz),
       velocity_(noise_bound_mm(position_resolution_mm), rate_hz),
       acceleration_(kAccelerationCutoffHz, rate_hz) {}
 
-void MotionEstimator::update(double position_mm, std::int64_t time_ns) noexcept {
+template <class Value>
+void BasicMotionEstimator<Value>::update(const Value& position_mm, std::int64_t time_ns) noexcept {
   const TickInterval interval = timer_.update(time_ns);
   if (interval.is_gap) [[unlikely]] {
     velocity_.reset();
     velocity_.update(position_mm);
-    acceleration_.seed(0.0);
+    acceleration_.seed(Value{});
     has_velocity_ = false;
     pending_periods_ = 0.0;
     return;
@@ -33,16 +35,20 @@ void MotionEstimator::update(double position_mm, std::int64_t time_ns) noexcept 
     return;
   }
   pending_periods_ = 0.0;
-  const double before = velocity_.velocity_mm_per_s();
-  const double change = velocity_.update(position_mm, periods) - before;
-  acceleration_.update(has_velocity_ ? change * rate_hz_ / periods : 0.0, periods);
+  const Value before = velocity_.velocity_mm_per_s();
+  const Value change = velocity_.update(position_mm, periods) - before;
+  acceleration_.update(has_velocity_ ? change * (rate_hz_ / periods) : Value{}, periods);
   has_velocity_ = true;
 }
 
-double MotionEstimator::acceleration_lag_s() const noexcept {
+template <class Value>
+double BasicMotionEstimator<Value>::acceleration_lag_s() const noexcept {
   // The difference of two velocities is half a period late; the window another half of its length.
   return ButterworthLowPass::low_frequency_delay_s(kAccelerationCutoffHz) +
          0.5 * (velocity_.window() + 1) / rate_hz_;
 }
+
+template class BasicMotionEstimator<double>;
+template class BasicMotionEstimator<hal::Vector3>;
 
 }  // namespace hapticd::rt

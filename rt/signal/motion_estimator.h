@@ -8,21 +8,22 @@
 
 namespace hapticd::rt {
 
-/// Velocity and acceleration along one axis from encoder positions (D§3.2.2): adaptive windowing, then the
-/// difference of its output through a 50 Hz Butterworth filter.
-class MotionEstimator {
+/// Velocity and acceleration from encoder positions (D§3.2.2): adaptive windowing, then the difference of its
+/// output through a 50 Hz Butterworth filter. `Value` is the position along one axis, or along all three.
+template <class Value>
+class BasicMotionEstimator {
  public:
   static constexpr double kAccelerationCutoffHz = 50.0;
-  MotionEstimator(double position_resolution_mm, double rate_hz) noexcept;
+  BasicMotionEstimator(double position_resolution_mm, double rate_hz) noexcept;
 
   /// Takes the position of one tick and when it was measured. Slopes and filter go by the measured interval,
   /// so a late tick does not show as a jump in velocity. After a gap (TickInterval::is_gap) the estimate
   /// starts afresh; of two readings almost at once the second is left out, for it shows no motion.
-  void update(double position_mm, std::int64_t time_ns) noexcept;
+  void update(const Value& position_mm, std::int64_t time_ns) noexcept;
   void reset() noexcept { timer_.reset(); }
 
-  double velocity_mm_per_s() const noexcept { return velocity_.velocity_mm_per_s(); }
-  double acceleration_mm_per_s2() const noexcept { return acceleration_.output(); }
+  const Value& velocity_mm_per_s() const noexcept { return velocity_.velocity_mm_per_s(); }
+  const Value& acceleration_mm_per_s2() const noexcept { return acceleration_.output(); }
   /// Lag of the acceleration behind the motion now: half the window and the filter's delay.
   double acceleration_lag_s() const noexcept;
 
@@ -31,10 +32,13 @@ class MotionEstimator {
 
   double rate_hz_;
   TickTimer timer_;
-  AdaptiveWindowVelocity velocity_;
-  ButterworthLowPass acceleration_;
+  BasicAdaptiveWindowVelocity<Value> velocity_;
+  BasicButterworthLowPass<Value> acceleration_;
   double pending_periods_ = 0.0;  ///< of readings left out
   bool has_velocity_ = false;     ///< since the start, so that there is one to differ from
 };
+
+using MotionEstimator = BasicMotionEstimator<double>;
+using ThreeAxisMotion = BasicMotionEstimator<hal::Vector3>;
 
 }  // namespace hapticd::rt

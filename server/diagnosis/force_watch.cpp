@@ -6,18 +6,18 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/geometry.h"
+
 namespace hapticd::server {
 
 namespace {
 
 using enum FindingSeverity;
 
+using geometry::norm;
+
 constexpr const char* kForceSensor = "force sensor";
 constexpr const char* kBiasRemedy = "hapticctl sensor bias, with the tool free and at rest";
-
-double norm(const hal::Vector3& v) {
-  return std::sqrt(dot(v, v));
-}
 
 /// "(0.00, 0.98, -0.17)"; a zero has no sign.
 std::string text(const hal::Vector3& v) {

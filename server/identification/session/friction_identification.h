@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hal/rig.h"
-#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
 #include "server/identification/estimate/contact/surface_scan.h"
 #include "server/identification/estimate/friction/friction_law_choice.h"

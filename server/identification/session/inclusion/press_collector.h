@@ -8,7 +8,7 @@
 
 #include "hal/rig.h"
 #include "rt/record/observation.h"
-#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
 #include "server/identification/estimate/inclusion/inclusion_fit.h"
 #include "server/identification/gate/sample_gate.h"

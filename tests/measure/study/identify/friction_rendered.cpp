@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rt/deformation/tracked_direction.h"
-#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"

@@ -7,7 +7,7 @@
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/friction/dahl.h"
-#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/motion_estimator.h"
 #include "rt/signal/vector.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/shadow.h"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "tests/reference/contact_fit.h"
