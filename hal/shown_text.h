@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace hapticd::hal {
 
@@ -22,6 +24,20 @@ inline std::string shown(std::string_view text, std::size_t most = 60) {
       clean.begin(), clean.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; },
       '?');
   return "'" + clean + (text.size() > most ? "…'" : "'");
+}
+
+/// A number for messages, to `digits` significant digits.
+inline std::string number_text(double value, int digits = 6) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+/// Names for messages: "a, b, c".
+inline std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
 }
 
 }  // namespace hapticd::hal

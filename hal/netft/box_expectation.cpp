@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "hal/nano17_calibration.h"
-#include "hal/netft/number_text.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::netft {
 
@@ -49,8 +49,8 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
       return hal::Error{.what = std::string("the calibration of the box is not that of a ") +
                                 std::string(calibration->name) + ": the range of " + kAxes[i] + " differs",
                         .where = where + ", cfgmr",
-                        .value = number_text(range) + unit,
-                        .limit = "about " + number_text(expected[i]) + unit,
+                        .value = hal::number_text(range) + unit,
+                        .limit = "about " + hal::number_text(expected[i]) + unit,
                         .remedy = "select the right calibration on the box, or correct 'model'"};
     }
   }
@@ -64,10 +64,10 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
   if (box.rdt_rate_hz && *box.rdt_rate_hz < config.lowest_rate_hz) {
     return hal::Error{.what = "the box sends too slowly: ticks would go without a sample",
                       .where = where + ", comrdtrate",
-                      .value = number_text(*box.rdt_rate_hz) + " Hz",
-                      .limit = "at least lowest_rate_hz, " + number_text(config.lowest_rate_hz) + " Hz",
+                      .value = hal::number_text(*box.rdt_rate_hz) + " Hz",
+                      .limit = "at least lowest_rate_hz, " + hal::number_text(config.lowest_rate_hz) + " Hz",
                       .remedy = "set the RDT output rate on the box's communication page to " +
-                                number_text(config.rate_hz) + " Hz"};
+                                hal::number_text(config.rate_hz) + " Hz"};
   }
   return std::nullopt;
 }
@@ -75,22 +75,22 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
 std::vector<std::string> findings_of(const BoxConfiguration& box, const NetFtConfig& config) {
   std::vector<std::string> findings;
   if (box.rdt_rate_hz && *box.rdt_rate_hz < config.rate_hz) {
-    findings.push_back("the box is set to " + number_text(*box.rdt_rate_hz) + " Hz, expected are " +
-                       number_text(config.rate_hz) +
+    findings.push_back("the box is set to " + hal::number_text(*box.rdt_rate_hz) + " Hz, expected are " +
+                       hal::number_text(config.rate_hz) +
                        " Hz: set the RDT output rate on its communication page");
   }
   if (box.low_pass_hz) {
     const double hz = *box.low_pass_hz;
     const std::string is =
-        hz == 0.0 ? "no low-pass filter" : "a low-pass filter of " + number_text(hz) + " Hz";
+        hz == 0.0 ? "no low-pass filter" : "a low-pass filter of " + hal::number_text(hz) + " Hz";
     if (config.low_pass_hz && *config.low_pass_hz != hz) {
       const std::string wanted =
-          *config.low_pass_hz == 0.0 ? "none" : "one of " + number_text(*config.low_pass_hz) + " Hz";
+          *config.low_pass_hz == 0.0 ? "none" : "one of " + hal::number_text(*config.low_pass_hz) + " Hz";
       findings.push_back("the box is set to " + is + ", expected is " + wanted +
                          ": set it on its settings page, or correct 'low_pass_hz'");
     } else if (!config.low_pass_hz && hz > 0.0 && hz < kPromptHz) {
       findings.push_back("the box has " + is + ", which delays the force by about " +
-                         number_text(std::round(1e5 / (2.0 * std::numbers::pi * hz)) / 100.0) +
+                         hal::number_text(std::round(1e5 / (2.0 * std::numbers::pi * hz)) / 100.0) +
                          " ms: choose a higher cut-off on its settings page");
     }
   }

@@ -6,7 +6,7 @@
 
 #include "hal/netft/box_expectation.h"
 #include "hal/netft/netft_sensor.h"
-#include "hal/netft/number_text.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::netft {
 
@@ -150,8 +150,8 @@ std::optional<hal::Error> NetFtSensor::bias_on_box() {
   }
   return hal::Error{.what = "the box did not apply the bias: its readings are not zero",
                     .where = place(),
-                    .value = number_text(100.0 * worst) + " % of the range",
-                    .limit = "below " + number_text(100.0 * kBiasedShare) + " %",
+                    .value = hal::number_text(100.0 * worst) + " % of the range",
+                    .limit = "below " + hal::number_text(100.0 * kBiasedShare) + " %",
                     .remedy = "keep the tool out of contact and at rest, or set bias = \"software\""};
 }
 

@@ -8,7 +8,7 @@
 #include "hal/nano17_calibration.h"
 #include "hal/netft/netft_configuration.h"
 #include "hal/netft/netft_units.h"
-#include "hal/netft/number_text.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::netft {
 
@@ -48,8 +48,8 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
       return hal::Error{
           .what = std::string("'") + bound.key + "' is out of range",
           .where = place(bound.key),
-          .value = number_text(bound.value, 9) + bound.unit,
-          .limit = number_text(bound.least, 9) + " … " + number_text(bound.most, 9) + bound.unit,
+          .value = hal::number_text(bound.value, 9) + bound.unit,
+          .limit = hal::number_text(bound.least, 9) + " … " + hal::number_text(bound.most, 9) + bound.unit,
           .remedy = "correct the value",
           .code = hal::ErrorCode::kOutOfRange};
     }
@@ -57,16 +57,16 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
   if (config.lowest_rate_hz > config.rate_hz) {
     return hal::Error{.what = "the lowest rate is above the expected rate",
                       .where = place("lowest_rate_hz"),
-                      .value = number_text(config.lowest_rate_hz, 9) + " Hz",
-                      .limit = "at most rate_hz, " + number_text(config.rate_hz, 9) + " Hz",
+                      .value = hal::number_text(config.lowest_rate_hz, 9) + " Hz",
+                      .limit = "at most rate_hz, " + hal::number_text(config.rate_hz, 9) + " Hz",
                       .remedy = "lower it",
                       .code = hal::ErrorCode::kContradiction};
   }
   if (config.retry_first_ms > config.retry_longest_ms) {
     return hal::Error{.what = "the first retry waits longer than the longest",
                       .where = place("retry_first_ms"),
-                      .value = number_text(config.retry_first_ms, 9) + " ms",
-                      .limit = "at most retry_longest_ms, " + number_text(config.retry_longest_ms, 9) + " ms",
+                      .value = hal::number_text(config.retry_first_ms, 9) + " ms",
+                      .limit = "at most retry_longest_ms, " + hal::number_text(config.retry_longest_ms, 9) + " ms",
                       .remedy = "lower it",
                       .code = hal::ErrorCode::kContradiction};
   }
@@ -97,7 +97,7 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
       std::find(kLowPassHz.begin(), kLowPassHz.end(), *config.low_pass_hz) == kLowPassHz.end()) {
     return hal::Error{.what = "the box has no such filter",
                       .where = place("low_pass_hz"),
-                      .value = number_text(*config.low_pass_hz, 9) + " Hz",
+                      .value = hal::number_text(*config.low_pass_hz, 9) + " Hz",
                       .limit = "0 (none), 5, 8, 18, 35, 73, 152, 326, 838, 1500, 2000, 2500, 3000 Hz",
                       .remedy = "use one of those, or leave the key out to accept any",
                       .code = hal::ErrorCode::kUnknownWord};

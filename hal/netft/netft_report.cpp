@@ -2,8 +2,8 @@
 
 #include "hal/netft/box_expectation.h"
 #include "hal/netft/netft_sensor.h"
-#include "hal/netft/number_text.h"
 #include "hal/netft/rdt_status.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::netft {
 
@@ -57,12 +57,12 @@ hal::PartReport NetFtSensor::report() const {
       findings.emplace_back(
           "no data come from the box: check its power and cable, and that no other client takes the stream");
     } else if (rate > 0.0 && rate_set > 0.0 && rate < 0.9 * rate_set) {
-      findings.push_back("only " + number_text(std::round(rate)) + " samples a second arrive of the " +
-                         number_text(rate_set) + " the box is set to: check network and load of the machine");
+      findings.push_back("only " + hal::number_text(std::round(rate)) + " samples a second arrive of the " +
+                         hal::number_text(rate_set) + " the box is set to: check network and load of the machine");
     }
     if (counters_.loss_share.load() > kNoticeableLoss) {
       findings.push_back(
-          number_text(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
+          hal::number_text(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
           " % of the samples are lost in the network: connect the box directly, check the cable");
     }
     const std::int64_t last_implausible_ns = counters_.last_implausible_ns.load();

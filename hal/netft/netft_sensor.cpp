@@ -13,8 +13,8 @@
 #include "hal/netft/box_expectation.h"
 #include "hal/netft/netft_http.h"
 #include "hal/netft/netft_units.h"
-#include "hal/netft/number_text.h"
 #include "hal/netft/rdt_status.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::netft {
 
@@ -174,7 +174,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
     if (!zero_) box_bias_ = box ? box->bias : std::nullopt;
     box_ = box;
     connection_ = "udp " + numeric_address_ + ":" + std::to_string(config_.rdt_port);
-    if (box && box->rdt_rate_hz) connection_ += ", " + number_text(*box->rdt_rate_hz) + " Hz";
+    if (box && box->rdt_rate_hz) connection_ += ", " + hal::number_text(*box->rdt_rate_hz) + " Hz";
   }
   {
     const MutexLock lock(restart_mutex_);

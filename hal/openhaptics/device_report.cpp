@@ -6,8 +6,8 @@
 
 #include "hal/openhaptics/config_folder.h"
 #include "hal/openhaptics/device_figures.h"
-#include "hal/openhaptics/words.h"
 #include "hal/samples.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::openhaptics {
 
@@ -23,7 +23,7 @@ std::string connection_of(const OpenHapticsConfig& config, const DeviceFacts& fa
   if (!facts.model_type.empty()) text += ", " + facts.vendor + " " + facts.model_type;
   if (!facts.serial_number.empty()) text += " " + facts.serial_number;
   if (!facts.driver_version.empty()) text += ", driver " + facts.driver_version;
-  return text + ", " + text_of(config.rate_hz) + " Hz";
+  return text + ", " + hal::number_text(config.rate_hz, 5) + " Hz";
 }
 
 std::string how_to_calibrate(const DeviceFacts& facts) {
@@ -57,8 +57,8 @@ void find_of_facts(const OpenHapticsConfig& config, const DeviceFacts& facts,
                        config.model + " hold; check that this is the model");
   }
   if (facts.max_force_n > 0.0 && config.max_force_n && *config.max_force_n > facts.max_force_n) {
-    findings.push_back("max_force_n = " + text_of(*config.max_force_n) + " N is beyond the device's " +
-                       text_of(facts.max_force_n) + " N, which are used; lower it");
+    findings.push_back("max_force_n = " + hal::number_text(*config.max_force_n, 5) + " N is beyond the device's " +
+                       hal::number_text(facts.max_force_n, 5) + " N, which are used; lower it");
   }
   if (!facts.calibration_known) {
     findings.push_back(
@@ -86,12 +86,12 @@ void find_of_servo(const OpenHapticsConfig& config, const DeviceView& view,
   for (int motor = 0; motor < servo.motors; ++motor) {
     const double share = servo.temperatures[static_cast<std::size_t>(motor)];
     if (share < config.warm_share) continue;
-    findings.push_back("motor " + std::to_string(motor + 1) + " is at " + text_of(100.0 * share) +
+    findings.push_back("motor " + std::to_string(motor + 1) + " is at " + hal::number_text(100.0 * share, 5) +
                        " % of its rated temperature: let the motors cool down without force");
   }
   if (view.running && view.rate_hz > 0.0 && std::abs(view.rate_hz / config.rate_hz - 1.0) > kRateTolerance) {
-    findings.push_back("the scheduler runs at " + text_of(view.rate_hz) + " Hz instead of " +
-                       text_of(config.rate_hz) +
+    findings.push_back("the scheduler runs at " + hal::number_text(view.rate_hz, 5) + " Hz instead of " +
+                       hal::number_text(config.rate_hz, 5) +
                        ": give the service real-time priority, or set a rate that the connection supports");
   }
 }

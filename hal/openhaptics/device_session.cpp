@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "hal/openhaptics/device_figures.h"
-#include "hal/openhaptics/words.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::openhaptics {
 
@@ -67,7 +67,7 @@ std::optional<hal::Error> DeviceSession::open() {
   if (!library) return library.error();
   library_ = *library;
   facts_.loaded_library = library_->name();
-  facts_.lacking = joined(library_->lacking());
+  facts_.lacking = hal::joined(library_->lacking());
   auto error = init();
   if (!error) error = prepare();
   if (error) close();

@@ -7,7 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "hal/openhaptics/words.h"
+#include "hal/shown_text.h"
+
 
 namespace hapticd::openhaptics {
 
@@ -59,7 +60,7 @@ hal::Result<std::shared_ptr<HdLibrary>> HdLibrary::load(const std::vector<std::s
     return library;
   }
   if (defect) return *defect;
-  return hal::Error{"the vendor's library cannot be loaded: " + reasons, "OpenHaptics", joined(names),
+  return hal::Error{"the vendor's library cannot be loaded: " + reasons, "OpenHaptics", hal::joined(names),
                     "a shared library that exports the HD interface",
                     "install OpenHaptics and its device driver (libPhantomIOLib42.so), run ldconfig, or set "
                     "'library' to the file"};
@@ -100,7 +101,7 @@ std::optional<hal::Error> HdLibrary::bind() {
   find("hdCheckCalibration", api_.check_calibration, false);
   find("hdUpdateCalibration", api_.update_calibration, false);
   if (missing.empty()) return std::nullopt;
-  return hal::Error{"the library lacks " + joined(missing), "OpenHaptics library '" + name_ + "'",
+  return hal::Error{"the library lacks " + hal::joined(missing), "OpenHaptics library '" + name_ + "'",
                     missing.front(), "a library with the whole HD interface",
                     "install OpenHaptics 3.0 or later, or set 'library' to another file"};
 }

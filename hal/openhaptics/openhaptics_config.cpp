@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "hal/openhaptics/device_figures.h"
-#include "hal/openhaptics/words.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::openhaptics {
 
@@ -32,7 +32,7 @@ std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   }
   if (!device_figures(config.model)) {
     return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown model", where + ", model", config.model,
-                          joined(device_models()), "choose the one whose data sheet is closest");
+                          hal::joined(device_models()), "choose the one whose data sheet is closest");
   }
   struct Bound {
     const char* key;
@@ -64,14 +64,14 @@ std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   for (const Bound& bound : bounds) {
     if (bound.value >= bound.low && bound.value <= bound.high) continue;
     return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(bound.key) + " is out of range",
-                          where + ", " + bound.key, text_of(bound.value),
-                          text_of(bound.low) + " … " + text_of(bound.high) + " " + bound.unit, "");
+                          where + ", " + bound.key, hal::number_text(bound.value, 5),
+                          hal::number_text(bound.low, 5) + " … " + hal::number_text(bound.high, 5) + " " + bound.unit, "");
   }
   const hal::Quaternion& q = config.tool_to_stylus;
   const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   if (!(std::abs(length - 1.0) <= 1e-3)) {
     return hal::Error::of(hal::ErrorCode::kMalformed, "tool_to_stylus is not a rotation",
-                          where + ", tool_to_stylus", "length " + text_of(length),
+                          where + ", tool_to_stylus", "length " + hal::number_text(length, 5),
                           "four numbers w, x, y, z of length 1", "normalise it");
   }
   return std::nullopt;

@@ -11,7 +11,7 @@
 #include "hal/openhaptics/device_report.h"
 #include "hal/openhaptics/device_session.h"
 #include "hal/openhaptics/vendor_thread.h"
-#include "hal/openhaptics/words.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::openhaptics {
 
@@ -128,7 +128,7 @@ std::optional<hal::Error> OpenHapticsDevice::State::open() {
     session = nullptr;  // the hanging thread owns it alone, and closes it if it ever returns
     vendor = nullptr;
     return hal::Error{"the vendor's library does not return from opening the device", "OpenHaptics device",
-                      config.device_name, "within " + text_of(config.timeout_s) + " s",
+                      config.device_name, "within " + hal::number_text(config.timeout_s, 5) + " s",
                       "switch the device off and on, check its connection and restart the service"};
   }
   if (*outcome) {

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "hal/replay/number_text.h"
+#include "hal/shown_text.h"
+
 
 namespace hapticd::replay {
 namespace {
@@ -143,7 +144,7 @@ hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, const C
   if (!std::isfinite(mapping.scale) || mapping.scale == 0.0) {
     return hal::Error{.what = "the scale of the " + role.name + " is not valid",
                       .where = place,
-                      .value = number_text(mapping.scale),
+                      .value = hal::number_text(mapping.scale, 9),
                       .limit = "finite and not zero; negative reverses the sign",
                       .remedy = "1 leaves the values as they are",
                       .code = hal::ErrorCode::kOutOfRange};

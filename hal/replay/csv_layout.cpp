@@ -103,7 +103,7 @@ bool is_like_number(std::string_view cell) {
 
 CsvLayout find_layout(std::span<const CsvLine> lines) {
   // Two rows first: a table of one row may be part of a preamble.
-  for (const std::size_t rows : {2, 1}) {
+  for (const std::size_t rows : {2UL, 1UL}) {
     for (std::size_t at = 0; at < lines.size(); ++at) {
       for (const char separator : kSeparators) {
         if (auto layout = layout_at(lines, at, separator, rows)) return *layout;

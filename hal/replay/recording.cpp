@@ -8,8 +8,8 @@
 #include <optional>
 #include <span>
 
-#include "hal/replay/number_text.h"
 #include "hal/replay/table_file.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::replay {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr double kMaxS = 31.0 * 86400.0;
 
 std::string in_seconds(double seconds) {
-  return number_text(seconds) + " s";
+  return hal::number_text(seconds, 9) + " s";
 }
 
 double median_step(const std::vector<double>& time_s) {

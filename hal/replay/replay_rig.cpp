@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "hal/replay/number_text.h"
 #include "hal/replay/recording.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::replay {
 namespace {
@@ -97,7 +97,7 @@ hal::Result<std::unique_ptr<ReplayRig>> ReplayRig::open(const ReplayConfig& conf
   if (!(config.rate_hz >= kMinRateHz && config.rate_hz <= kMaxRateHz)) {
     return hal::Error{.what = "the rate to resample to is out of range",
                       .where = place + ", rate_hz",
-                      .value = number_text(config.rate_hz),
+                      .value = hal::number_text(config.rate_hz, 9),
                       .limit = "1 … 100000 Hz",
                       .remedy = {},
                       .code = hal::ErrorCode::kOutOfRange};

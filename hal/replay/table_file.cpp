@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "hal/recording/recording_file.h"
-#include "hal/replay/number_text.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::replay {
 namespace {
@@ -94,8 +94,8 @@ hal::Result<std::unique_ptr<TableFile>> TableFile::open(const std::string& path,
 
 hal::Error time_does_not_increase(double now_s, double last_s, std::string place) {
   constexpr int kDigits = 13;  // of seconds since 1970, milliseconds are to be seen
-  const std::string now = number_text(now_s, kDigits);
-  const std::string last = number_text(last_s, kDigits);
+  const std::string now = hal::number_text(now_s, kDigits);
+  const std::string last = hal::number_text(last_s, kDigits);
   const bool repeats = now == last;
   return hal::Error{.what = repeats ? "two rows have the same time" : "time does not increase",
                     .where = std::move(place),

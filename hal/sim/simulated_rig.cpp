@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "hal/lock/mutex.h"
+#include "hal/shown_text.h"
 #include "hal/sim/object/general_object_model.h"
 #include "hal/sim/sensor/external_instrument.h"
 #include "hal/sim/sensor/sensor_bias.h"
@@ -201,11 +202,11 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   const std::optional<Tip> tip = tip_named(config.tip);
   if (!tip)
     return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown tip", "[rig.sim] tip", config.tip,
-                          joined(tip_names()), "");
+                          hal::joined(tip_names()), "");
   const std::optional<Plant> plant = plant_named(config.plant);
   if (!plant) {
     return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown plant", "[rig.sim] plant", config.plant,
-                          joined(plant_names()), "");
+                          hal::joined(plant_names()), "");
   }
   auto model = device_of(config);
   if (!model) return model.error();
@@ -361,7 +362,7 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name,
     model = object_preset(name);
     if (!model) {
       return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown object", "simulated rig", name,
-                            joined(object_preset_names()) + ", none", "");
+                            hal::joined(object_preset_names()) + ", none", "");
     }
   }
   const Vector3 aside{inclusion_aside_mm.x, inclusion_aside_mm.y, 0.0};

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/shown_text.h"
 #include "hal/sim/base/range_check.h"
 #include "hal/sim/object/general_object_model.h"
 
@@ -128,7 +129,7 @@ hal::Result<DeviceModel> device_of(const SimulationConfig& config) {
       config.custom_device ? config.custom_device : device_preset(config.device);
   if (!model) {
     return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown device", "[rig.sim] device", config.device,
-                          joined(device_preset_names()), "");
+                          hal::joined(device_preset_names()), "");
   }
   const auto refuse = [](const char* key, double value, const std::string& limit) {
     return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(key) + " is out of range", "[rig.sim]",

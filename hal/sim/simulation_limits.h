@@ -13,14 +13,6 @@ namespace hapticd::sim {
 inline double length(const hal::Vector3& v) {
   return std::sqrt(dot(v, v));
 }
-
-/// Names separated by commas.
-inline std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 /// Checks what a hand can do.
 std::optional<hal::Error> check(const HandProgram& program);
 /// Device of a configuration: a preset or its own, with what is changed of it.

@@ -179,12 +179,13 @@ void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
   const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
   proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
   if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
+  double allowed_n = limits_.max_force_n;
   if (load_.unloaded_s() > kFreeAirFromS) {
     const double share = (kFreeAirS - load_.unloaded_s()) / (kFreeAirS - kFreeAirFromS);
-    allowed_n_ = std::max(kFreeAirN, loaded_n_ * share);
-  } else {
-    allowed_n_ = std::min(allowed_n_ + kLoadRiseNPerS * rise_interval_s(), limits_.max_force_n);
+    allowed_n = std::max(kFreeAirN, loaded_n_ * share);
   }
+  if (load_.is_suspected()) allowed_n = std::min(allowed_n, std::max(kFreeAirN, rendered_n_));
+  allowed_n_ = std::min(allowed_n, allowed_n_ + kLoadRiseNPerS * rise_interval_s());
 }
 
 double Guard::max_in_free_air_n() const noexcept {
@@ -192,7 +193,6 @@ double Guard::max_in_free_air_n() const noexcept {
   if (!limits_.renders_real_object) return max_n;
   if (allowed_n_ < limits_.max_force_n) max_n = allowed_n_;
   if (proven_share_ < 1.0) max_n = std::min(max_n, limits_.max_force_n * proven_share_);
-  if (load_.is_suspected()) max_n = std::min(max_n, std::max(kFreeAirN, rendered_n_));
   return max_n;
 }
 

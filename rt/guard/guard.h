@@ -63,11 +63,13 @@ class [[nodiscard]] Admission {
 ///
 ///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force
 ///                             before, so that nothing is cut off in a hand; it is there 20 ms after the
-///                             contact. With a load it rises again, by kLoadRiseNPerS.
-///   a jump is suspected       no more than kFreeAirN, or than there was before.
+///                             contact.
+///   a jump is suspected       no more than kFreeAirN, or than there was before. This bound and the one above
+///                             rise again by kLoadRiseNPerS.
 ///   only a noted step is      none after 14 ms.
 ///   read
-///   the zero is not proven    none at once. What comes back after this or the row above grows over kProvenRiseS.
+///   the zero is not proven    none at once. What comes back after this or the row above grows over
+///                             kProvenRiseS.
 ///
 /// Virtual walls, guides and fixtures are forces in free air by their nature. Theirs is bounded by where the
 /// tip is: a wall acts only within its surface, on a tip that was seen outside; a guide and a fixture by
@@ -167,7 +169,7 @@ class Guard {
   double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
   double proven_share_ = 0.0;  ///< since the zero is proven
   double loaded_n_ = 0.0;      ///< its size when a load was seen last
-  double allowed_n_ = kFreeAirN;  ///< by the load
+  double allowed_n_ = kFreeAirN;  ///< by the load and by what is suspected
   PushSpeed speed_;
   OscillationMonitor oscillation_;
   hal::Vector3 last_position_mm_;

@@ -144,19 +144,23 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   suspect();
   if (find_step()) return;
   const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
-  if (!is_waiting_ && !exceeds(prompt_n, kLoadN)) {  // free, as far as this shows
+  const bool is_free = !is_waiting_ && !exceeds(prompt_n, kLoadN);  // as far as this shows
+  if (is_free) {
     has_stretch_ = false;
-    noted_slots_ = run_slots_ = 0;
+    noted_slots_ = 0;
     if (unloaded_s_ > kForgetsNotedS) noted_n_ = {};
-    if (settling_s_ <= 0.0) {
-      drift_n_ = drift_n_ + clamped(prompt_n * (1.0 / kFollowS), kFollowNPerS) * s;
-      return;
-    }
+    if (settling_s_ <= 0.0 && unloaded_s_ > kPressedS) return follow_drift(prompt_n, s);
   }
   const hal::Quaternion to_rig =
       is_turned_ ? product(sample.tip_orientation, parameters_.sensor_to_tool) : sample.tip_orientation;
   const Load now = load(to_rig);
-  if (!is_waiting_ && !exceeds(prompt_n, kLoadN)) {
+  if (is_free) {
+    if (is_held(now)) {
+      unloaded_s_ = 0.0;
+      return;
+    }
+    if (settling_s_ <= 0.0) return follow_drift(prompt_n, s);
+    run_slots_ = 0;
     settling_s_ -= s;
     jump_n_ = jump_n_ + clamped(now.steady_n * (1.0 / kSettleTimeS), kSettleNPerS) * s;
     return prove();
@@ -168,10 +172,22 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     fit_.reset();
     return;
   }
-  const bool swings = is_swing(now);
-  if (!shows_only_noted() && !swings && shows_load(now)) unloaded_s_ = 0.0;
+  if (!is_swing(now) && !shows_only_noted()) {
+    if (shows_load(now)) {
+      unloaded_s_ = 0.0;
+      held_n_ = now.steady_n;
+      held_tip_mm_ = before(0).tip_mm;
+    } else if (is_held(now)) {
+      unloaded_s_ = 0.0;
+    }
+  }
   if (has_jumped_ && has_proof_) look_for_object(now, to_rig);
   follow(now, to_rig);
+}
+
+void LoadWatch::follow_drift(const hal::Vector3& reading_n, double s) noexcept {
+  run_slots_ = 0;
+  drift_n_ = drift_n_ + clamped(reading_n * (1.0 / kFollowS), kFollowNPerS) * s;
 }
 
 bool LoadWatch::has_even_slots(double& former_s, double& latter_s) const noexcept {
@@ -246,6 +262,12 @@ bool LoadWatch::shows_load(const Load& now) const noexcept {
     return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
   }
   return dot(now.steady_n, now.prompt_n) > size_n * least_n;
+}
+
+bool LoadWatch::is_held(const Load& now) const noexcept {
+  if (unloaded_s_ > kPressedS || squared(noted_n_) > 0.0) return false;
+  return !exceeds(before(0).tip_mm - held_tip_mm_, kHeldMm) &&
+         dot(now.steady_n, held_n_) > kHeldShare * squared(held_n_);
 }
 
 bool LoadWatch::is_swing(const Load& now) noexcept {

@@ -62,6 +62,9 @@ struct LoadWatchParameters {
 ///               difference of the positions over 6 slots is the mean acceleration under the same triangle.
 ///               A mean that points elsewhere is what was, not what is.
 ///               |r| > kLoadN + m kUnseenMmPerS2 is one at once.
+///   held        what is left of a load, kHeldShare of it at least, is one as long as the tip stays within kHeldMm of
+///               where it was seen last: an object far softer than its target bears little of what is felt, and
+///               relaxes.
 ///
 /// The zero is followed below kLoadN, no faster than kFollowNPerS; one that has just been taken over, in
 /// motion, within half a second. A step with which the tip loses half of its speed is an impact. NaN never
@@ -130,6 +133,8 @@ class LoadWatch {
   static constexpr double kSwingS = 0.1;  // so long after the last load a swing is taken to go on
   static constexpr double kTurnCosine = 0.5;
   static constexpr double kAlongShare = 0.1;  // of a slot, in the direction that a reading is compared with
+  static constexpr double kHeldShare = 0.6;
+  static constexpr double kHeldMm = 0.3;
   static constexpr std::size_t kLeftSlots = 2;
   static constexpr double kLeftMm = 0.3;
   static constexpr double kForgetsNotedS = 0.1;
@@ -168,10 +173,14 @@ class LoadWatch {
   /// The present zero is that of free air.
   void prove() noexcept;
   void end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
+  /// Follows the zero with what a free tool reads, for a slot of `s`.
+  void follow_drift(const hal::Vector3& reading_n, double s) noexcept;
   Load load(const hal::Quaternion& to_rig) const noexcept;
   void follow_inertia(const Load& now) noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept;
+  /// What is read is what is left of the load that was seen last.
+  bool is_held(const Load& now) const noexcept;
   /// Counts the slots in which all that is read is the step that was noted under load.
   void follow_noted(const Load& load) noexcept;
   /// What is read may be the arm's swing after the last load.
@@ -223,6 +232,8 @@ class LoadWatch {
   hal::Vector3 run_along_n_;
   double settling_s_ = 0.0;      ///< left, of what was taken over
   double unloaded_s_ = 0.0;
+  hal::Vector3 held_n_;       ///< the load that was seen last, without inertia
+  hal::Vector3 held_tip_mm_;  ///< where the tip was then
   bool is_suspected_ = false;
   bool is_waiting_ = false;
   bool has_jumped_ = false;

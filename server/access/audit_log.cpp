@@ -7,10 +7,10 @@
 #include <systemd/sd-journal.h>
 
 #include <chrono>
-#include <ctime>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "proto/text/utc_text.h"
 #include "proto/text/utf8_text.h"
 #include "server/process/log.h"
 
@@ -24,20 +24,10 @@ std::int64_t now_unix_ns() {
       .count();
 }
 
-std::string utc_text(std::int64_t unix_ns) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::time_t seconds = static_cast<std::time_t>(unix_ns / kSecond);
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &parts);
-  return fmt::format("{}.{:06d}Z", text, unix_ns % kSecond / 1000);
-}
-
 }  // namespace
 
 std::string to_json(const AuditLine& line) {
-  nlohmann::ordered_json json = {{"time", utc_text(line.unix_ns)},
+  nlohmann::ordered_json json = {{"time", text::utc_text(line.unix_ns, 6)},
                                  {"tick", line.tick},
                                  {"identity", line.identity},
                                  {"role", line.role},
@@ -138,7 +128,7 @@ void AuditLog::run() {
     lock.unlock();
     for (const AuditLine& line : lines) sinks_->write(to_json(line), &line);
     if (dropped > 0) {
-      sinks_->write(fmt::format(R"({{"time":"{}","dropped":{}}})", utc_text(now_unix_ns()), dropped),
+      sinks_->write(fmt::format(R"({{"time":"{}","dropped":{}}})", text::utc_text(now_unix_ns(), 6), dropped),
                     nullptr);
     }
     lock.lock();

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "proto/text/utc_text.h"
 #include "server/process/log.h"
 #include "server/text/suggestion.h"
 #include "server/text/utf8_text.h"
@@ -137,7 +138,7 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
   options.start["note"] = request.note;
   options.start["by"] = request.by;
   options.start["started_unix_ns"] = std::to_string(now_ns);
-  options.start["started"] = utc_words(now_ns);
+  options.start["started"] = text::utc_text(now_ns, 3);
   options.start["rate_hz"] = fmt::format("{:g}", sources_.rate_hz);
   options.start["decimation"] = std::to_string(request.decimation);
   options.must_end = [this, id = options.id, is_over = request.is_over]() -> std::optional<hal::Error> {

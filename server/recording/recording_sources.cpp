@@ -1,9 +1,6 @@
 #include "server/recording/recording_sources.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
-#include <ctime>
 
 namespace hapticd::server {
 
@@ -21,16 +18,6 @@ recording::Texts texts_of(const ClockAnchor& anchor) {
   return {{"time_ns", std::to_string(anchor.time_ns)},
           {"unix_ns", std::to_string(anchor.unix_ns)},
           {"uncertainty_ns", std::to_string(anchor.uncertainty_ns)}};
-}
-
-std::string utc_words(std::int64_t unix_ns) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::time_t seconds = static_cast<std::time_t>(unix_ns / kSecond);
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &parts);
-  return fmt::format("{}.{:03d}Z", text, unix_ns % kSecond / 1'000'000);
 }
 
 }  // namespace hapticd::server

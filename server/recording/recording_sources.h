@@ -39,7 +39,4 @@ ClockAnchor anchor_of(const RecordingSources& sources);
 /// Anchor as metadata of a recording.
 recording::Texts texts_of(const ClockAnchor& anchor);
 
-/// "2026-11-24T00:52:00.123Z".
-std::string utc_words(std::int64_t unix_ns);
-
 }  // namespace hapticd::server

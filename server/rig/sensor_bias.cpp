@@ -1,6 +1,5 @@
 #include "server/rig/sensor_bias.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <chrono>
@@ -8,6 +7,7 @@
 #include <fstream>
 #include <thread>
 
+#include "proto/text/utc_text.h"
 #include "rt/signal/vector.h"
 #include "server/process/log.h"
 #include "server/rig/stillness_watch.h"
@@ -26,19 +26,17 @@ constexpr std::chrono::milliseconds kPollInterval{1};
 constexpr std::chrono::milliseconds kAtRestBefore{300};
 constexpr std::chrono::milliseconds kAtRestAfter{100};
 
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+
 std::int64_t unix_s() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
 
-std::string utc_text(std::int64_t unix_s) {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(unix_s)));
-}
-
 }  // namespace
 
 SensorBiases::SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file)
-    : session_(session), scenes_(scenes), hub_(hub), file_(std::move(file)), started_(utc_text(unix_s())) {}
+    : session_(session), scenes_(scenes), hub_(hub), file_(std::move(file)), started_(text::utc_text(unix_s() * kSecondNs)) {}
 
 std::string SensorBiases::identity_of(std::uint32_t serial) const {
   return fmt::format("{}/{}", started_, serial);
@@ -135,7 +133,7 @@ void SensorBiases::keep(const SensorBias& bias) const {
     out << "id,taken_utc,tip_x_mm,tip_y_mm,tip_z_mm,orientation_w,orientation_x,orientation_y,"
            "orientation_z\n";
   out << fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{:.6f}\n", bias.id,
-                     utc_text(bias.taken_unix_s), bias.tip_mm.x, bias.tip_mm.y, bias.tip_mm.z,
+                     text::utc_text(bias.taken_unix_s * kSecondNs), bias.tip_mm.x, bias.tip_mm.y, bias.tip_mm.z,
                      bias.orientation.w, bias.orientation.x, bias.orientation.y, bias.orientation.z);
   if (!out.flush()) log_warning("the bias could not be recorded in " + file_);
 }

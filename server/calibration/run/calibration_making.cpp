@@ -3,6 +3,7 @@
 #include <ctime>
 #include <utility>
 
+#include "proto/text/utc_text.h"
 #include "server/calibration/estimate/clock_check.h"
 #include "server/calibration/estimate/nominal_arm.h"
 #include "server/calibration/estimate/pivot_fit.h"
@@ -19,15 +20,6 @@ using calibration::ReferencePose;
 
 constexpr double kMaxPredictedMm = 5.0;
 constexpr std::size_t kErrorPoints = 60;
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
 
 /// Shifts the stamps of a tracker to where both move alike: of a recording nothing but the motion says how
 /// far its clock is off. Leaves them if they agree as they are.
@@ -50,7 +42,7 @@ Outcome<StoredCalibration> CalibrationRunner::fit(const CalibrationRequest& requ
   };
   StoredCalibration made;
   made.kind = request.kind;
-  made.created = now_utc();
+  made.created = text::utc_text(std::time(nullptr) * std::int64_t{1'000'000'000});
   made.rig = session_.rig_info().name;
   if (request.kind == CalibrationKind::kTip) {
     const auto pivot = calibration::fit_pivot(reference);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "hal/recording/recording_names.h"
+#include "proto/text/utc_text.h"
 #include "server/recording/recording_output.h"
 
 namespace hapticd::server {
@@ -59,7 +60,7 @@ std::optional<hal::Error> write_incident(const Incident& incident, const FlightR
   start["cause_time_ns"] = std::to_string(incident.time_ns);
   start["remedy"] = incident.remedy;
   start["started_unix_ns"] = std::to_string(incident.unix_ns);
-  start["started"] = utc_words(incident.unix_ns);
+  start["started"] = text::utc_text(incident.unix_ns, 3);
   start["rate_hz"] = fmt::format("{:g}", ring.rate_hz());
   start.insert_or_assign("decimation", std::to_string(1));
   auto output = RecordingOutput::begin(path, ring.columns(), sources, anchor, start);

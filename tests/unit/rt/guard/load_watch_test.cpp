@@ -199,6 +199,45 @@ void press(Tool& tool) {
   tool.run(0.2);
 }
 
+/// Pressed onto a spring that bears little of what is felt: the reading relaxes from 70 to 42 mN while the tip rests.
+void press_what_bears_little(Tool& tool) {
+  for (int i = 0; i < 200; ++i) {
+    tool.offset_mm.z -= 0.01;
+    tool.load_n.z = 0.07 * (i + 1) / 200.0;
+    tool.tick();
+  }
+  for (int i = 0; i < 2000; ++i) {
+    tool.load_n.z = 0.042 + 0.028 * std::exp(-i / 400.0);
+    tool.tick();
+    ASSERT_LT(tool.watch.unloaded_s(), 0.005) << i << " ms after the press";
+  }
+}
+
+TEST(LoadWatch, WhatIsLeftOfALoadIsHeldWhileTheTipRests) {
+  Tool tool;
+  tool.settle();
+  tool.rest();
+  tool.run(0.2);
+  press_what_bears_little(tool);
+  // Gone, but for a zero that drifted meanwhile.
+  tool.load_n.z = 0.02;
+  tool.run(0.03);
+  EXPECT_GT(tool.watch.unloaded_s(), 0.014);
+}
+
+TEST(LoadWatch, WhatIsLeftOfALoadIsNoneOnceTheTipHasLeft) {
+  Tool tool;
+  tool.settle();
+  tool.rest();
+  tool.run(0.2);
+  press_what_bears_little(tool);
+  for (int i = 0; i < 30; ++i) {
+    tool.offset_mm.z += 0.05;
+    tool.tick();
+  }
+  EXPECT_GT(tool.watch.unloaded_s(), 0.014);
+}
+
 TEST(LoadWatch, AKnockOnWhatIsHeldTakesNothingAway) {
   for (const double knock_n : {-1.0, 0.3, 1.0, 3.0}) {
     Tool tool;
