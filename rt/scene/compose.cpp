@@ -1,5 +1,6 @@
 #include "rt/scene/compose.h"
 
+#include "rt/scene/effects.h"
 #include "rt/scene/explore_pipeline.h"
 #include "rt/scene/tap_pipeline.h"
 #include "rt/scene/wall_pipeline.h"
@@ -60,40 +61,6 @@ std::optional<hal::Error> missing(const SceneSpec& spec, const ObjectModel* mode
                         "displacement.estimator = \"recursive\", which need none");
 }
 
-/// Checks a friction target: it needs a rod, friction that is kept, the tracked direction and passivity
-/// control.
-std::optional<hal::Error> check_friction_target(const SceneSpec& spec) {
-  if (!spec.friction_target) return std::nullopt;
-  const std::string where = "scene '" + spec.name + "'";
-  const ExploreParameters& e = spec.explore;
-  const auto refused = [&](const char* why, const char* limit) {
-    return hal::Error::of(hal::ErrorCode::kContradiction, std::string("a friction target needs ") + why,
-                          where, "", limit, "change that, or remove [friction_target]");
-  };
-  if (spec.kind != SceneKind::kExplore) return refused("a scene that explores", "kind = \"explore\"");
-  if (spec.tip != Tip::kRod) return refused("a tip that rubs", "tool.tip = \"rod\"");
-  if (e.friction_feel != FrictionFeel::kKept) return refused("the real friction", "friction.feel = \"kept\"");
-  if (e.direction != DirectionMethod::kTracked)
-    return refused("friction and normal distinguished", "direction.method = \"tracked\"");
-  if (!e.passivity) return refused("the passivity control", "passivity.control = true");
-  return check(*spec.friction_target, "friction_target.", where);
-}
-
-/// Checks a transient: it needs a scene that explores, and a device whose mass and structure are known.
-std::optional<hal::Error> check_transient(const SceneSpec& spec, const hal::RigInfo& rig) {
-  if (!spec.transient) return std::nullopt;
-  const std::string where = "scene '" + spec.name + "'";
-  if (spec.kind != SceneKind::kExplore) {
-    return hal::Error::of(hal::ErrorCode::kMisplacedKey, "only scenes that explore have a transient", where,
-                          "", "kind = \"explore\"", "remove [transient], or choose that kind");
-  }
-  if (!(rig.device.apparent_mass_g > 0.0) || !(spec.structural_stiffness_n_per_mm > 0.0)) {
-    return hal::Error{"a transient needs a device whose mass and structural stiffness are known", where,
-                      rig.device.model, "", "remove [transient], or state them in the rig"};
-  }
-  return check(*spec.transient, rig.rate_hz, "transient.", where);
-}
-
 }  // namespace
 
 std::vector<std::string> needed_models(const SceneSpec& resolved, const ObjectModel* model) {
@@ -118,27 +85,15 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
                           "one-dimensional scenes work from the measured force alone");
   }
   if (auto error = missing(resolved, model)) return *error;
-  if (resolved.kind != SceneKind::kExplore && !resolved.inclusions.empty()) {
-    return hal::Error::of(hal::ErrorCode::kMisplacedKey, "only scenes that explore have inclusions",
-                          "scene '" + resolved.name + "'", "", "kind = \"explore\"",
-                          "remove [[inclusion]], or choose that kind");
+  for (const Effect& effect : effects()) {
+    if (effect.check == nullptr || !effect.is_asked_for(resolved)) continue;
+    if (auto error = effect.check(resolved, model, rig)) return *error;
   }
-  for (std::size_t i = 0; i < resolved.inclusions.size(); ++i) {
-    const std::string prefix = "inclusion[" + std::to_string(i) + "].";
-    if (auto error = check(resolved.inclusions[i], prefix, "scene '" + resolved.name + "'")) return *error;
-  }
-  if (auto error = check_friction_target(resolved)) return *error;
-  if (auto error = check_transient(resolved, rig)) return *error;
   if (resolved.fixture) {
     if (auto error = check(*resolved.fixture, "scene '" + resolved.name + "'")) return *error;
   }
   if (resolved.watch) {
     if (auto error = check(*resolved.watch, "scene '" + resolved.name + "'")) return *error;
-  }
-  if (resolved.friction_target && !(model->rod_friction->kinetic > 0.0)) {
-    return hal::Error::of(hal::ErrorCode::kContradiction, "a friction target needs an object with friction",
-                          "scene '" + resolved.name + "'", "object_model = \"" + resolved.object_model + "\"",
-                          "kinetic friction > 0", "");
   }
   if (model != nullptr) {
     if (auto error = check(*model)) return *error;
@@ -148,9 +103,11 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
       return std::unique_ptr<Pipeline>(std::make_unique<TapPipeline>(resolved, rig));
     case SceneKind::kWall:
       return std::unique_ptr<Pipeline>(std::make_unique<WallPipeline>(resolved, rig));
-    case SceneKind::kExplore:
+    case SceneKind::kExplore: {
+      const ObjectModel known = model != nullptr ? *model : ObjectModel{};
       return std::unique_ptr<Pipeline>(
-          std::make_unique<ExplorePipeline>(resolved, model != nullptr ? *model : ObjectModel{}, rig));
+          std::make_unique<ExplorePipeline>(resolved, known, rig, contributions_of(resolved, known, rig)));
+    }
   }
   return hal::Error{"unknown kind of scene", "scene '" + resolved.name + "'", "", "", ""};
 }

@@ -7,6 +7,7 @@
 
 #include "rt/control/default_gains.h"
 #include "rt/scene/compose.h"
+#include "rt/scene/effects.h"
 #include "rt/scene/watched_tool.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/largest_target.h"
@@ -289,23 +290,9 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   stages.emplace_back(e.friction_feel == FrictionFeel::kKept ? "target force: along the normal, friction kept"
                                                              : "target force (4.4), friction cancelled");
   if (!e.modulated) stages.back() = "target force: none, the object as it is";
-  if (!spec.inclusions.empty()) {
-    const bool published = spec.inclusions.front().variant == InclusionVariant::kPublished;
-    stages.push_back("inclusions: " + std::to_string(spec.inclusions.size()) +
-                     (published ? ", (5.4)-(5.7)" : ", gradient of an energy"));
+  for (const Effect& effect : effects()) {
+    if (effect.is_asked_for(spec)) stages.push_back(effect.stage(spec));
   }
-  if (spec.friction_target) {
-    stages.push_back(
-        spec.friction_target->scale
-            ? "friction target: " + Checker::number(*spec.friction_target->scale) + " times the real friction"
-            : "friction target: coefficient " +
-                  Checker::number(spec.friction_target->coefficient.value_or(0.0)) + " at the hand");
-  }
-  if (spec.transient) {
-    stages.push_back("transient: " + std::to_string(spec.transient->target.size()) +
-                     " decaying sinusoids at each contact, through the inverse of device and grip");
-  }
-  if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
 }
 
 void outline_compensation(const SceneSpec& spec, std::vector<std::string>& stages) {
@@ -349,10 +336,9 @@ SceneOutline outline(const SceneSpec& spec) {
       outline_explore(spec, result.stages);
       result.channels |= channel::kDirection;
       if (spec.explore.displacement == DisplacementEstimator::kFused) result.channels |= channel::kFusion;
-      if (spec.explore.passivity) result.channels |= channel::kPassivity;
-      if (!spec.inclusions.empty()) result.channels |= channel::kInclusion;
-      if (spec.friction_target) result.channels |= channel::kFriction;
-      if (spec.transient) result.channels |= channel::kTransient;
+      for (const Effect& effect : effects()) {
+        if (effect.is_asked_for(spec)) result.channels |= effect.channels;
+      }
       break;
   }
   if (spec.kind != SceneKind::kWall) {

@@ -123,7 +123,7 @@ ToolPose PoseMaker::pose(const PoseRequest& request, const calibration::ArmCalib
   if (corrects) {
     // The correction of the measured pose is that of the predicted one, too: it changes little on the way.
     const hal::RigSample sample = sample_of(last_);
-    const calibration::CorrectedPose fixed = calibration::correct(*calibration, sample);
+    const rt::CorrectedPose fixed = rt::correct(*calibration, sample);
     const Eigen::Vector3d shift_mm = fixed.tip_mm - vector(last_.tip_position_mm);
     const Eigen::Quaterniond turn_by = fixed.orientation * rotation(last_.tip_orientation).conjugate();
     pose.position_mm += shift_mm;
@@ -151,7 +151,7 @@ ToolPose PoseMaker::pose(const PoseRequest& request, const calibration::ArmCalib
     const Eigen::Quaterniond to_device = rotation(frame_.to_rig).conjugate();
     turn(pose, to_device, vector(frame_.origin_mm));
   } else if (request.frame == PoseFrame::kReference && calibration != nullptr) {
-    const calibration::RigidTransform& to_reference = calibration->reference_from_rig;
+    const rt::RigidTransform& to_reference = calibration->reference_from_rig;
     turn(pose, to_reference.rotation, to_reference.translation_mm);
     if (corrects) {
       // With that of the registration, in the reference's axes.

@@ -5,9 +5,9 @@
 
 #include "rt/record/tick_record.h"
 #include "rt/scene/compose.h"
+#include "rt/scene/corrected_pipeline.h"
 #include "rt/target/largest_target.h"
 #include "server/calibration/model/arm_calibration.h"
-#include "server/scene/corrected_pipeline.h"
 #include "server/scene/scene_file.h"
 #include "server/scene/scene_host.h"
 #include "server/scene/scene_inclusions.h"
@@ -204,12 +204,12 @@ Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose(const ResolvedScene& s
     return lacking("the scene works on corrected poses, and no calibration is adopted",
                    "calibrate the device and adopt what was found, or remove the key");
   }
-  if (scene.calibration->arm.use == calibration::AngleUse::kNone) {
+  if (scene.calibration->arm.use == rt::AngleUse::kNone) {
     return lacking("the adopted calibration corrects no pose: it was made without the device's angles",
                    "calibrate the device's kinematics, or remove the key");
   }
   return std::unique_ptr<rt::Pipeline>(
-      std::make_unique<CorrectedPipeline>(std::move(*stages), scene.calibration));
+      std::make_unique<rt::CorrectedPipeline>(std::move(*stages), *scene.calibration));
 }
 
 Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose_stages(const ResolvedScene& scene) const {

@@ -39,7 +39,7 @@ Quaterniond mean_rotation(const std::vector<Quaterniond>& rotations) {
     }
     mean = Quaterniond(Eigen::Vector4d(linear_algebra::symmetric_eigen(sum).vectors.col(3))).normalized();
     for (std::size_t i = 0; i < rotations.size(); ++i) {
-      const double turn = turn_of(mean.conjugate() * rotations[i]).norm();
+      const double turn = rt::turn_of(mean.conjugate() * rotations[i]).norm();
       weights[i] = 1.0 / (1.0 + turn * turn / 0.0025);
     }
   }
@@ -47,7 +47,7 @@ Quaterniond mean_rotation(const std::vector<Quaterniond>& rotations) {
 }
 
 hal::Result<ArmState> find_start(const RigStream& rig, const std::vector<ReferencePose>& reference,
-                                 const ArmModel& nominal, const ArmFitSettings& settings) {
+                                 const rt::ArmModel& nominal, const ArmFitSettings& settings) {
   ArmState state;
   state.arm = state.nominal = nominal;
   const bool late = settings.method == FitMethod::kArm || settings.method == FitMethod::kRigidLatency;
@@ -85,7 +85,7 @@ hal::Result<ArmState> find_start(const RigStream& rig, const std::vector<Referen
   }
   state.reference_from_rig = rigid->transform;
   state.marker_mm = rigid->marker_mm + nominal.tip_offset_mm;
-  if (nominal.use == AngleUse::kNone) {
+  if (nominal.use == rt::AngleUse::kNone) {
     state.marker_mm = rigid->marker_mm;  // the reported tip takes the place of the wrist
     state.arm.tip_offset_mm = state.nominal.tip_offset_mm = Vector3d::Zero();
   }
@@ -146,8 +146,8 @@ void find_block_offsets(const Solved& solved, double noise_mm, ArmFit& fit) {
 }
 
 void list_parameters(const Solved& solved, const UnknownMatrix& covariance, ArmFit& fit) {
-  const ArmModel& arm = solved.state.arm;
-  const ArmModel& nominal = solved.state.nominal;
+  const rt::ArmModel& arm = solved.state.arm;
+  const rt::ArmModel& nominal = solved.state.nominal;
   const auto add = [&](int index, std::string name, double value, double standard, double scale,
                        const char* unit) {
     if (!solved.active[static_cast<std::size_t>(index)]) return;
@@ -159,7 +159,7 @@ void list_parameters(const Solved& solved, const UnknownMatrix& covariance, ArmF
     add(parameter::kJointGain + i, "joint_" + number + "_gain", arm.joint_gain[i], nominal.joint_gain[i], 1.0,
         "1");
     add(parameter::kJointOffset + i, "joint_" + number + "_offset", arm.joint_offset_rad[i],
-        nominal.joint_offset_rad[i], kDegPerRad, "°");
+        nominal.joint_offset_rad[i], rt::kDegPerRad, "°");
   }
   add(parameter::kLink, "first_link", arm.first_link_mm, nominal.first_link_mm, 1.0, "mm");
   add(parameter::kLink + 1, "second_link", arm.second_link_mm, nominal.second_link_mm, 1.0, "mm");
@@ -168,11 +168,11 @@ void list_parameters(const Solved& solved, const UnknownMatrix& covariance, ArmF
     add(parameter::kGimbalGain + i, "gimbal_" + number + "_gain", arm.gimbal_gain[i], nominal.gimbal_gain[i],
         1.0, "1");
     add(parameter::kGimbalOffset + i, "gimbal_" + number + "_offset", arm.gimbal_offset_rad[i],
-        nominal.gimbal_offset_rad[i], kDegPerRad, "°");
+        nominal.gimbal_offset_rad[i], rt::kDegPerRad, "°");
   }
   for (int i = 0; i < 3; ++i) {
     add(unknown::kPlay + i, "gimbal_" + std::to_string(i + 1) + "_play", 2.0 * solved.state.play_rad[i], 0.0,
-        kDegPerRad, "°");
+        rt::kDegPerRad, "°");
   }
   add(unknown::kLatency, "tracker_latency", solved.state.latency_s, 0.0, 1e3, "ms");
   add(unknown::kDrift, "tracker_clock_drift", solved.state.drift, 0.0, 1e6, "ppm");
@@ -229,7 +229,7 @@ void set_misfit(const Solved& solved, const RigStream& rig, const LeftOut& left,
 }  // namespace
 
 hal::Result<ArmFit> fit_arm(const RigStream& rig, const std::vector<ReferencePose>& reference,
-                            const ArmModel& nominal, const ArmFitSettings& settings) {
+                            const rt::ArmModel& nominal, const ArmFitSettings& settings) {
   if (reference.size() < kMinPairs) {
     return fit_refusal("too few poses of the tracker", std::to_string(reference.size()), "at least 40",
                        "let the tracker run longer");

@@ -45,8 +45,8 @@ struct FoundParameter {
 /// A calibration and how far it can be believed.
 struct ArmFit {
   ArmCalibration calibration;
-  RigidTransform tool_from_marker;  ///< where the marker is on the tool
-  double clock_drift = 0.0;         ///< the tracker's clock gains so much a second
+  rt::RigidTransform tool_from_marker;  ///< where the marker is on the tool
+  double clock_drift = 0.0;             ///< the tracker's clock gains so much a second
   double latency_s = 0.0;
   double latency_sd_s = 0.0;
   std::size_t poses = 0;     ///< of the tracker that had one of the rig's
@@ -79,6 +79,6 @@ struct ArmFit {
 /// more than they would by chance. Misfit: what is alike in neighbouring residuals of blocks of time that
 /// were left out (their noise is not), less what the parameters' covariance explains there.
 hal::Result<ArmFit> fit_arm(const RigStream& rig, const std::vector<ReferencePose>& reference,
-                            const ArmModel& nominal, const ArmFitSettings& settings);
+                            const rt::ArmModel& nominal, const ArmFitSettings& settings);
 
 }  // namespace hapticd::calibration

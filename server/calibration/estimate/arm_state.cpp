@@ -9,14 +9,14 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-PoseResidual difference(const ArmState& state, const RigidTransform& tool, const ReferencePose& seen,
+PoseResidual difference(const ArmState& state, const rt::RigidTransform& tool, const ReferencePose& seen,
                         const Vector3d& marker_or_tip_mm, const Vector3d& seen_mm) {
   PoseResidual r;
   r.head<3>() = seen_mm - state.reference_from_rig * (tool * marker_or_tip_mm);
   r.tail<3>().setZero();
   if (seen.orientation) {
     const Quaterniond model = state.reference_from_rig.rotation * tool.rotation * state.tool_from_marker;
-    r.tail<3>() = turn_of(model.conjugate() * *seen.orientation);
+    r.tail<3>() = rt::turn_of(model.conjugate() * *seen.orientation);
   }
   return r;
 }
@@ -32,19 +32,20 @@ ArmState ArmState::moved(const UnknownVector& step) const {
   m.arm.gimbal_gain += step.segment<3>(parameter::kGimbalGain);
   m.arm.gimbal_offset_rad += step.segment<3>(parameter::kGimbalOffset);
   m.reference_from_rig.rotation =
-      (rotation_by(step.segment<3>(unknown::kRotation)) * reference_from_rig.rotation).normalized();
+      (rt::rotation_by(step.segment<3>(unknown::kRotation)) * reference_from_rig.rotation).normalized();
   m.reference_from_rig.translation_mm += step.segment<3>(unknown::kTranslation);
   m.marker_mm += step.segment<3>(unknown::kMarker);
-  m.tool_from_marker = (rotation_by(step.segment<3>(unknown::kMarkerTurn)) * tool_from_marker).normalized();
+  m.tool_from_marker =
+      (rt::rotation_by(step.segment<3>(unknown::kMarkerTurn)) * tool_from_marker).normalized();
   m.latency_s += step[unknown::kLatency];
   m.drift += step[unknown::kDrift];
   m.play_rad += step.segment<3>(unknown::kPlay);
   return m;
 }
 
-RigidTransform tool_pose(const ArmState& state, const RigPose& pose) {
-  if (state.arm.use == AngleUse::kNone) return {pose.orientation, pose.tip_mm};
-  if (state.arm.use == AngleUse::kPose) {
+rt::RigidTransform tool_pose(const ArmState& state, const RigPose& pose) {
+  if (state.arm.use == rt::AngleUse::kNone) return {pose.orientation, pose.tip_mm};
+  if (state.arm.use == rt::AngleUse::kPose) {
     return {tool_orientation(state.arm, pose.angles), wrist_mm(state.arm, pose.angles)};
   }
   return {(link_orientation(state.arm, pose.angles) *
@@ -78,18 +79,18 @@ std::optional<PoseResidual> target_residual_of(const ArmState& state, const RigS
   return difference(state, tool_pose(state, *pose), seen, tip_mm, seen.position_mm + from_marker);
 }
 
-std::array<bool, unknown::kCount> active_unknowns(FitMethod method, AngleUse use, bool has_orientation,
+std::array<bool, unknown::kCount> active_unknowns(FitMethod method, rt::AngleUse use, bool has_orientation,
                                                   bool clock_drifts) {
   std::array<bool, unknown::kCount> active{};
   const auto set = [&active](int first, int count) {
     for (int i = 0; i < count; ++i) active[static_cast<std::size_t>(first + i)] = true;
   };
   const bool with_arm = method == FitMethod::kArm || method == FitMethod::kArmNoLatency;
-  if (with_arm && use != AngleUse::kNone) {
+  if (with_arm && use != rt::AngleUse::kNone) {
     set(parameter::kJointGain, 3);
     set(parameter::kJointOffset + 1, 2);  // the first is the registration's
     set(parameter::kLink, 2);
-    if (use == AngleUse::kPose) {
+    if (use == rt::AngleUse::kPose) {
       set(parameter::kGimbalGain, 3);
       set(parameter::kGimbalOffset, 2);  // the last is the marker's
       if (has_orientation && method == FitMethod::kArm) set(unknown::kPlay, 3);

@@ -25,9 +25,9 @@ using UnknownVector = Eigen::Matrix<double, unknown::kCount, 1>;
 using UnknownMatrix = Eigen::Matrix<double, unknown::kCount, unknown::kCount>;
 
 struct ArmState {
-  ArmModel arm;
-  ArmModel nominal;
-  RigidTransform reference_from_rig;
+  rt::ArmModel arm;
+  rt::ArmModel nominal;
+  rt::RigidTransform reference_from_rig;
   Eigen::Vector3d marker_mm = Eigen::Vector3d::Zero();  ///< from the wrist, tool frame
   Eigen::Quaterniond tool_from_marker = Eigen::Quaterniond::Identity();
   double latency_s = 0.0;
@@ -42,7 +42,7 @@ struct ArmState {
 };
 
 /// Wrist and tool by the state's arm, rig frame; without the play.
-RigidTransform tool_pose(const ArmState& state, const RigPose& pose);
+rt::RigidTransform tool_pose(const ArmState& state, const RigPose& pose);
 
 /// What is seen minus what the state says: position mm, then the turn in the marker's frame, rad (zero
 /// without orientation). Nothing if the rig has no pose then.
@@ -56,7 +56,7 @@ std::optional<PoseResidual> target_residual_of(const ArmState& state, const RigS
                                                const ReferencePose& seen);
 
 /// Unknowns that a method moves.
-std::array<bool, unknown::kCount> active_unknowns(FitMethod method, AngleUse use, bool has_orientation,
+std::array<bool, unknown::kCount> active_unknowns(FitMethod method, rt::AngleUse use, bool has_orientation,
                                                   bool clock_drifts);
 
 /// What is known of them beforehand: standard deviations; 0 = nothing.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "server/calibration/model/rigid_transform.h"
+#include "rt/arm/rigid_transform.h"
 
 namespace hapticd::calibration {
 
@@ -26,7 +26,8 @@ void add_turns(const std::vector<ReferencePose>& reference, double required_deg,
   for (const ReferencePose& p : reference) {
     if (!p.orientation) continue;
     if (first == nullptr) first = &p;
-    const Eigen::Vector3d turn = kDegPerRad * turn_of(first->orientation->conjugate() * *p.orientation);
+    const Eigen::Vector3d turn =
+        rt::kDegPerRad * rt::turn_of(first->orientation->conjugate() * *p.orientation);
     for (std::size_t i = 0; i < 3; ++i) turns[i].push_back(turn[static_cast<Eigen::Index>(i)]);
   }
   std::array<double, 3> ranges{range_of(turns[0]), range_of(turns[1]), range_of(turns[2])};
@@ -58,8 +59,8 @@ std::vector<CoverageItem> coverage_of(CalibrationKind kind, const RigStream& rig
       for (std::size_t k = 0; k < 3; ++k) {
         tip[k].push_back(p.tip_mm[static_cast<Eigen::Index>(k)]);
         if (!p.angles.known) continue;
-        angles[k].push_back(kDegPerRad * p.angles.joint_rad[k]);
-        angles[3 + k].push_back(kDegPerRad * p.angles.gimbal_rad[k]);
+        angles[k].push_back(rt::kDegPerRad * p.angles.joint_rad[k]);
+        angles[3 + k].push_back(rt::kDegPerRad * p.angles.gimbal_rad[k]);
       }
       if (const auto speed = rig.speed_mm_per_s(p.time_s)) {
         squares += *speed * *speed;

@@ -27,7 +27,7 @@ Vector3d signs(unsigned bits) {
   return {(bits & 1U) != 0 ? -1.0 : 1.0, (bits & 2U) != 0 ? -1.0 : 1.0, (bits & 4U) != 0 ? -1.0 : 1.0};
 }
 
-double position_rms_mm(const ArmModel& arm, const std::vector<RigPose>& poses) {
+double position_rms_mm(const rt::ArmModel& arm, const std::vector<RigPose>& poses) {
   double sum = 0.0;
   for (const RigPose& p : poses) {
     sum += (p.tip_mm - wrist_mm(arm, p.angles) - p.orientation * arm.tip_offset_mm).squaredNorm();
@@ -37,7 +37,7 @@ double position_rms_mm(const ArmModel& arm, const std::vector<RigPose>& poses) {
 
 /// Starts with what is linear in l1 R, l2 R, the tip's offset and the base's place, were they free of each
 /// other.
-bool start(ArmModel& arm, const std::vector<RigPose>& poses, double& condition) {
+bool start(rt::ArmModel& arm, const std::vector<RigPose>& poses, double& condition) {
   MatrixXd rows(static_cast<Eigen::Index>(3 * poses.size()), 24);
   VectorXd right(rows.rows());
   rows.setZero();
@@ -75,9 +75,9 @@ bool start(ArmModel& arm, const std::vector<RigPose>& poses, double& condition) 
   return arm.first_link_mm > 1.0 && arm.second_link_mm > 1.0;
 }
 
-ArmModel moved(const ArmModel& arm, const Eigen::Matrix<double, 13, 1>& step) {
-  ArmModel m = arm;
-  m.rig_from_base.rotation = rotation_by(step.head<3>()) * arm.rig_from_base.rotation;
+rt::ArmModel moved(const rt::ArmModel& arm, const Eigen::Matrix<double, 13, 1>& step) {
+  rt::ArmModel m = arm;
+  m.rig_from_base.rotation = rt::rotation_by(step.head<3>()) * arm.rig_from_base.rotation;
   m.rig_from_base.translation_mm += step.segment<3>(3);
   m.first_link_mm += step[6];
   m.second_link_mm += step[7];
@@ -87,7 +87,7 @@ ArmModel moved(const ArmModel& arm, const Eigen::Matrix<double, 13, 1>& step) {
   return m;
 }
 
-VectorXd position_residuals(const ArmModel& arm, const std::vector<RigPose>& poses) {
+VectorXd position_residuals(const rt::ArmModel& arm, const std::vector<RigPose>& poses) {
   VectorXd r(static_cast<Eigen::Index>(3 * poses.size()));
   Eigen::Index at = 0;
   for (const RigPose& p : poses) {
@@ -98,7 +98,7 @@ VectorXd position_residuals(const ArmModel& arm, const std::vector<RigPose>& pos
 }
 
 /// Refines by Newton's steps with a little damping; the start is near.
-void refine(ArmModel& arm, const std::vector<RigPose>& poses) {
+void refine(rt::ArmModel& arm, const std::vector<RigPose>& poses) {
   double damping = 1e-6;
   VectorXd r = position_residuals(arm, poses);
   for (int round = 0; round < 30; ++round) {
@@ -116,7 +116,7 @@ void refine(ArmModel& arm, const std::vector<RigPose>& poses) {
     normal.diagonal() += damping * diagonal + VectorXd::Constant(13, 1e-9);
     const Eigen::Matrix<double, 13, 1> step = -linear_algebra::solve_symmetric(normal, j.transpose() * r);
     if (!step.allFinite()) return;
-    const ArmModel next = moved(arm, step);
+    const rt::ArmModel next = moved(arm, step);
     const VectorXd after = position_residuals(next, poses);
     if (after.squaredNorm() < r.squaredNorm()) {
       const bool over = r.squaredNorm() - after.squaredNorm() < 1e-12 * r.squaredNorm();
@@ -132,7 +132,7 @@ void refine(ArmModel& arm, const std::vector<RigPose>& poses) {
 }
 
 /// Variation of what is left between gimbal and tool, for given zeros of the gimbal.
-double gimbal_rms_rad(ArmModel& arm, const std::vector<RigPose>& poses) {
+double gimbal_rms_rad(rt::ArmModel& arm, const std::vector<RigPose>& poses) {
   arm.gimbal_to_tool = Quaterniond::Identity();
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
   std::vector<Quaterniond> rest;
@@ -143,19 +143,19 @@ double gimbal_rms_rad(ArmModel& arm, const std::vector<RigPose>& poses) {
   arm.gimbal_to_tool =
       Quaterniond(Eigen::Vector4d(linear_algebra::symmetric_eigen(sum).vectors.col(3))).normalized();
   double squares = 0.0;
-  for (const Quaterniond& q : rest) squares += turn_of(arm.gimbal_to_tool.conjugate() * q).squaredNorm();
+  for (const Quaterniond& q : rest) squares += rt::turn_of(arm.gimbal_to_tool.conjugate() * q).squaredNorm();
   return std::sqrt(squares / static_cast<double>(rest.size()));
 }
 
 /// Zeros of the first two angles by Gauss-Newton on the variance, from the device's own.
-double refine_gimbal(ArmModel& arm, const std::vector<RigPose>& poses) {
+double refine_gimbal(rt::ArmModel& arm, const std::vector<RigPose>& poses) {
   double rms = gimbal_rms_rad(arm, poses);
   double step = 0.2;
   while (step > 1e-5) {
     bool better = false;
     for (const int i : {0, 1}) {
       for (const double sign : {1.0, -1.0}) {
-        ArmModel tried = arm;
+        rt::ArmModel tried = arm;
         tried.gimbal_offset_rad[i] += sign * step;
         const double value = gimbal_rms_rad(tried, poses);
         if (value < rms) {
@@ -182,7 +182,7 @@ NominalArm find_nominal_arm(const std::vector<RigPose>& all) {
   if (poses.size() < kMinPosesOfArm) return found;
   found.position_rms_mm = HUGE_VAL;
   for (unsigned bits = 0; bits < 8; ++bits) {
-    ArmModel arm;
+    rt::ArmModel arm;
     arm.joint_gain = signs(bits);
     double condition = 0.0;
     if (!start(arm, poses, condition)) continue;
@@ -192,11 +192,11 @@ NominalArm find_nominal_arm(const std::vector<RigPose>& all) {
     if (rms < 0.9 * found.position_rms_mm) found = {arm, rms, 0.0, condition};
   }
   if (!(found.position_rms_mm < kMaxPositionMm)) return found;
-  found.arm.use = AngleUse::kPosition;
+  found.arm.use = rt::AngleUse::kPosition;
   found.orientation_rms_rad = HUGE_VAL;
-  ArmModel best = found.arm;
+  rt::ArmModel best = found.arm;
   for (unsigned bits = 0; bits < 8; ++bits) {
-    ArmModel arm = found.arm;
+    rt::ArmModel arm = found.arm;
     arm.gimbal_gain = signs(bits);
     const double rms = gimbal_rms_rad(arm, poses);
     if (rms < found.orientation_rms_rad) {
@@ -206,7 +206,7 @@ NominalArm find_nominal_arm(const std::vector<RigPose>& all) {
   }
   found.orientation_rms_rad = refine_gimbal(best, poses);
   if (found.orientation_rms_rad < kMaxOrientationRad) {
-    best.use = AngleUse::kPose;
+    best.use = rt::AngleUse::kPose;
     found.arm = best;
   }
   return found;

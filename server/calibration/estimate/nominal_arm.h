@@ -2,14 +2,14 @@
 
 #include <vector>
 
+#include "rt/arm/arm_model.h"
 #include "server/calibration/estimate/streams.h"
-#include "server/calibration/model/arm_model.h"
 
 namespace hapticd::calibration {
 
 /// The arm that a device takes itself for.
 struct NominalArm {
-  ArmModel arm;
+  rt::ArmModel arm;
   double position_rms_mm = 0.0;      ///< between the reported positions and the arm's
   double orientation_rms_rad = 0.0;  ///< likewise, of the gimbal
   double condition = 0.0;  ///< smallest over largest singular value of the start: how well it is determined

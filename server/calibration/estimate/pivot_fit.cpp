@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "rt/arm/rigid_transform.h"
 #include "server/calibration/estimate/median.h"
-#include "server/calibration/model/rigid_transform.h"
 #include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::calibration {
@@ -34,13 +34,13 @@ double tilt_deg(const std::vector<ReferencePose>& poses) {
   Vector3d mean = Vector3d::Zero();
   std::vector<Vector3d> turns;
   for (const ReferencePose& p : poses) {
-    turns.push_back(turn_of(first.conjugate() * *p.orientation));
+    turns.push_back(rt::turn_of(first.conjugate() * *p.orientation));
     mean += turns.back() / static_cast<double>(poses.size());
   }
   Matrix3d spread = Matrix3d::Zero();
   for (const Vector3d& t : turns)
     spread += (t - mean) * (t - mean).transpose() / static_cast<double>(turns.size());
-  return kDegPerRad * std::sqrt(std::max(0.0, linear_algebra::symmetric_eigen(spread).values[1]));
+  return rt::kDegPerRad * std::sqrt(std::max(0.0, linear_algebra::symmetric_eigen(spread).values[1]));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/calibration/model/rigid_transform.h"
+#include "rt/arm/rigid_transform.h"
 
 namespace hapticd::calibration {
 
@@ -18,7 +18,7 @@ struct MarkerPair {
 
 /// seen = scale · rotation · mirror · (tip + tool · marker) + translation.
 struct RigidFit {
-  RigidTransform transform;
+  rt::RigidTransform transform;
   Eigen::Vector3d marker_mm = Eigen::Vector3d::Zero();  ///< from the tip, tool frame
   double scale = 1.0;
   double median_residual_mm = 0.0;  ///< in the rig's millimetres

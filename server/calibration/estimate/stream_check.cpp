@@ -108,8 +108,8 @@ TurnRelation relate_turns(const RigStream& rig, const std::vector<ReferencePose>
     const auto a = rig.at(reference[i].stamp_s - offset_s);
     const auto b = rig.at(reference[i + apart].stamp_s - offset_s);
     if (!a || !b) continue;
-    const Vector3d of_rig = turn_of(b->orientation * a->orientation.conjugate());
-    const Vector3d seen = turn_of(read(reference[i + apart]) * read(reference[i]).conjugate());
+    const Vector3d of_rig = rt::turn_of(b->orientation * a->orientation.conjugate());
+    const Vector3d seen = rt::turn_of(read(reference[i + apart]) * read(reference[i]).conjugate());
     if (of_rig.norm() < kMinTurnRad || of_rig.norm() > 2.5) continue;
     turns.emplace_back(of_rig, seen);
     differences.push_back(std::abs(of_rig.norm() - seen.norm()));

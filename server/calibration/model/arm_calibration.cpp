@@ -13,34 +13,13 @@ using Eigen::Vector3d;
 
 using PositionJacobian = Eigen::Matrix<double, 3, parameter::kCount>;
 
-bool angles_serve(const ArmCalibration& calibration, const hal::RigSample& sample) noexcept {
-  return calibration.arm.use != AngleUse::kNone && sample.angles.known;
-}
-
 /// Position of the tip and its derivative, both in the rig's frame; likewise the tool's small turn.
 struct Sensitivity {
   PositionJacobian tip = PositionJacobian::Zero();
   PositionJacobian turn = PositionJacobian::Zero();
 };
 
-CorrectedPose corrected(const ArmModel& arm, const ArmModel& nominal, const hal::RigSample& sample) noexcept {
-  CorrectedPose pose;
-  if (arm.use == AngleUse::kPose) {
-    pose.orientation = tool_orientation(arm, sample.angles);
-    pose.source = PoseSource::kAllAngles;
-  } else {
-    const auto& q = sample.tip_orientation;
-    const Quaterniond reported = Quaterniond(q.w, q.x, q.y, q.z).normalized();
-    pose.orientation = (link_orientation(arm, sample.angles) *
-                        link_orientation(nominal, sample.angles).conjugate() * reported)
-                           .normalized();
-    pose.source = PoseSource::kJointAngles;
-  }
-  pose.tip_mm = wrist_mm(arm, sample.angles) + pose.orientation * arm.tip_offset_mm;
-  return pose;
-}
-
-double& component(ArmModel& arm, int index) noexcept {
+double& component(rt::ArmModel& arm, int index) noexcept {
   using namespace parameter;
   if (index < kJointOffset) return arm.joint_gain[index - kJointGain];
   if (index < kLink) return arm.joint_offset_rad[index - kJointOffset];
@@ -53,20 +32,20 @@ double& component(ArmModel& arm, int index) noexcept {
 
 Sensitivity sensitivity(const ArmCalibration& calibration, const hal::RigSample& sample) noexcept {
   Sensitivity s;
-  if (!angles_serve(calibration, sample)) return s;
+  if (!angles_serve(calibration.arm, sample)) return s;
   // Central differences: the functions are sines of order one, so a step of 1e-5 leaves 1e-10.
   constexpr double kStep = 1e-5;
-  ArmModel moved = calibration.arm;
+  rt::ArmCorrection moved = calibration;
   for (int i = 0; i < parameter::kRotation; ++i) {
-    double& value = component(moved, i);
+    double& value = component(moved.arm, i);
     const double at = value;
     value = at + kStep;
-    const CorrectedPose above = corrected(moved, calibration.nominal, sample);
+    const rt::CorrectedPose above = correct(moved, sample);
     value = at - kStep;
-    const CorrectedPose below = corrected(moved, calibration.nominal, sample);
+    const rt::CorrectedPose below = correct(moved, sample);
     value = at;
     s.tip.col(i) = (above.tip_mm - below.tip_mm) / (2.0 * kStep);
-    s.turn.col(i) = turn_of(above.orientation * below.orientation.conjugate()) / (2.0 * kStep);
+    s.turn.col(i) = rt::turn_of(above.orientation * below.orientation.conjugate()) / (2.0 * kStep);
   }
   return s;
 }
@@ -79,14 +58,7 @@ Matrix3d cross_matrix(const Vector3d& v) noexcept {
 
 }  // namespace
 
-CorrectedPose correct(const ArmCalibration& calibration, const hal::RigSample& sample) noexcept {
-  if (angles_serve(calibration, sample)) return corrected(calibration.arm, calibration.nominal, sample);
-  const auto& q = sample.tip_orientation;
-  const auto& p = sample.tip_position_mm;
-  return {Vector3d(p.x, p.y, p.z), Quaterniond(q.w, q.x, q.y, q.z).normalized(), PoseSource::kReported};
-}
-
-RigidTransform frame_from_rig(const ArmCalibration& calibration, Frame frame) noexcept {
+rt::RigidTransform frame_from_rig(const ArmCalibration& calibration, Frame frame) noexcept {
   switch (frame) {
     case Frame::kRig:
       break;
@@ -98,8 +70,9 @@ RigidTransform frame_from_rig(const ArmCalibration& calibration, Frame frame) no
   return {};
 }
 
-CorrectedPose in_frame(const ArmCalibration& calibration, const CorrectedPose& in_rig, Frame frame) noexcept {
-  const RigidTransform to = frame_from_rig(calibration, frame);
+rt::CorrectedPose in_frame(const ArmCalibration& calibration, const rt::CorrectedPose& in_rig,
+                           Frame frame) noexcept {
+  const rt::RigidTransform to = frame_from_rig(calibration, frame);
   return {to * in_rig.tip_mm, (to.rotation * in_rig.orientation).normalized(), in_rig.source};
 }
 

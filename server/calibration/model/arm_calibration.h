@@ -7,8 +7,8 @@
 #include <string>
 
 #include "hal/samples.h"
-#include "server/calibration/model/arm_model.h"
-#include "server/calibration/model/rigid_transform.h"
+#include "rt/arm/corrected_pose.h"
+#include "rt/arm/rigid_transform.h"
 
 namespace hapticd::calibration {
 
@@ -34,16 +34,14 @@ inline constexpr int kCount = 23;
 }  // namespace parameter
 using ParameterCovariance = Eigen::Matrix<double, parameter::kCount, parameter::kCount>;
 
-/// What a calibration found: how the device's angles become the tip's pose, and where the rig is in the
-/// tracker's frame. A plain value: never changed once it is made; functions on it are pure, take no lock and
-/// allocate nothing.
-struct ArmCalibration {
+/// What a calibration found: how the device's angles become the tip's pose (its base), and where the rig is
+/// in the tracker's frame. A plain value: never changed once it is made; functions on it are pure, take no
+/// lock and allocate nothing.
+struct ArmCalibration : rt::ArmCorrection {
   std::string name;         ///< hash of the stored model; empty before it is stored
-  ArmModel nominal;         ///< as the device describes itself
-  ArmModel arm;             ///< as it was found to be
   bool registered = false;  ///< reference_from_rig was found; otherwise it is the identity
-  RigidTransform reference_from_rig;
-  RigidTransform device_from_rig;
+  rt::RigidTransform reference_from_rig;
+  rt::RigidTransform device_from_rig;
   double tracker_latency_s = 0.0;  ///< by which the tracker's stamps are later than what they show
   double tracker_latency_sd_s = 0.0;
   ParameterCovariance covariance = ParameterCovariance::Zero();
@@ -53,27 +51,12 @@ struct ArmCalibration {
   double orientation_misfit_rad = 0.0;
 };
 
-/// What a corrected pose was made of.
-enum class PoseSource : std::uint8_t {
-  kReported,     ///< the pose of the sample as it is: the device reports no angles that can be used
-  kJointAngles,  ///< position from the corrected joints; orientation as reported, turned with the arm
-  kAllAngles,    ///< position and orientation from the corrected joints and gimbal
-};
-
-struct CorrectedPose {
-  Eigen::Vector3d tip_mm = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< tool coordinates into the frame's
-  PoseSource source = PoseSource::kReported;
-};
-
-/// Pose of the tip in the rig's frame. A sample with NaN gives a pose with NaN.
-CorrectedPose correct(const ArmCalibration& calibration, const hal::RigSample& sample) noexcept;
-
 /// Pose of the rig's frame in another one.
-CorrectedPose in_frame(const ArmCalibration& calibration, const CorrectedPose& in_rig, Frame frame) noexcept;
+rt::CorrectedPose in_frame(const ArmCalibration& calibration, const rt::CorrectedPose& in_rig,
+                           Frame frame) noexcept;
 
 /// frame_from_rig.
-RigidTransform frame_from_rig(const ArmCalibration& calibration, Frame frame) noexcept;
+rt::RigidTransform frame_from_rig(const ArmCalibration& calibration, Frame frame) noexcept;
 
 /// Covariance of the corrected tip's position in the axes of `frame`, mm²: of all parameters that matter
 /// there (those of the registration in the reference frame only), and the misfit. It is that of a

@@ -67,7 +67,7 @@ Outcome<StoredCalibration> CalibrationRunner::fit(const CalibrationRequest& requ
   if (request.recorded && request.own_clock) bring_together(rig, reference, settings);
   if (auto error = calibration::check_stream(rig, reference, settings)) return refused(*error);
   const calibration::NominalArm nominal = calibration::find_nominal_arm(rig.poses());
-  if (request.kind == CalibrationKind::kKinematics && nominal.arm.use == calibration::AngleUse::kNone) {
+  if (request.kind == CalibrationKind::kKinematics && nominal.arm.use == rt::AngleUse::kNone) {
     return refused({"the device's angles do not describe its pose", "device",
                     fmt::format("{:.1f} mm, rms", nominal.position_rms_mm),
                     "an arm of two links on a turning base",

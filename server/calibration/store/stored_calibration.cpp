@@ -11,10 +11,7 @@ namespace hapticd::server {
 
 namespace {
 
-using calibration::AngleUse;
-using calibration::ArmModel;
 using calibration::CalibrationKind;
-using calibration::RigidTransform;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
@@ -28,10 +25,10 @@ Json numbers(const Matrix& m) {
 Json numbers(const Eigen::Quaterniond& q) {
   return Json{q.w(), q.x(), q.y(), q.z()};
 }
-Json object(const RigidTransform& t) {
+Json object(const rt::RigidTransform& t) {
   return {{"rotation", numbers(t.rotation)}, {"translation_mm", numbers(t.translation_mm)}};
 }
-Json object(const ArmModel& arm) {
+Json object(const rt::ArmModel& arm) {
   return {{"use", static_cast<int>(arm.use)},
           {"rig_from_base", object(arm.rig_from_base)},
           {"first_link_mm", arm.first_link_mm},
@@ -59,14 +56,14 @@ void take(const Json& list, Eigen::Quaterniond& q) {
   q = Eigen::Quaterniond(number(list.at(0)), number(list.at(1)), number(list.at(2)), number(list.at(3)));
   if (std::abs(q.norm() - 1.0) > 1e-6) throw std::runtime_error("a rotation is none");
 }
-void take(const Json& json, RigidTransform& t) {
+void take(const Json& json, rt::RigidTransform& t) {
   take(json.at("rotation"), t.rotation);
   take(json.at("translation_mm"), t.translation_mm);
 }
-void take(const Json& json, ArmModel& arm) {
+void take(const Json& json, rt::ArmModel& arm) {
   const int use = json.at("use").get<int>();
-  if (use < 0 || use > static_cast<int>(AngleUse::kPose)) throw std::runtime_error("'use' is unknown");
-  arm.use = static_cast<AngleUse>(use);
+  if (use < 0 || use > static_cast<int>(rt::AngleUse::kPose)) throw std::runtime_error("'use' is unknown");
+  arm.use = static_cast<rt::AngleUse>(use);
   take(json.at("rig_from_base"), arm.rig_from_base);
   arm.first_link_mm = number(json.at("first_link_mm"));
   arm.second_link_mm = number(json.at("second_link_mm"));

@@ -27,7 +27,7 @@ void fill_vector(const Eigen::Vector3d& v, v1::Vector3& message) {
   message.set_y(v.y());
   message.set_z(v.z());
 }
-void fill_transform(const calibration::RigidTransform& t, v1::RigidTransform& message) {
+void fill_transform(const rt::RigidTransform& t, v1::RigidTransform& message) {
   message.mutable_rotation()->set_w(t.rotation.w());
   message.mutable_rotation()->set_x(t.rotation.x());
   message.mutable_rotation()->set_y(t.rotation.y());
@@ -156,7 +156,7 @@ void fill(const StoredCalibration& stored, bool adopted, v1::Calibration& messag
   message.set_left_out_place_mm(fit.left_out_place_rms_mm);
   message.set_predicted_target_error_median_mm(fit.predicted_median_mm);
   message.set_predicted_target_error_95_mm(fit.predicted_95_mm);
-  message.set_predicted_orientation_error_deg(calibration::kDegPerRad * fit.predicted_orientation_rad);
+  message.set_predicted_orientation_error_deg(rt::kDegPerRad * fit.predicted_orientation_rad);
   for (const auto& p : fit.parameters) {
     auto& parameter = *message.add_parameters();
     parameter.set_name(p.name);

@@ -126,7 +126,7 @@ TargetErrors judge(const RegistrationTrial& trial, const calibration::ArmFit& fi
         in_frame(fit.calibration, correct(fit.calibration, sample), calibration::Frame::kReference);
     errors.push_back((seen.tip_mm - pose.tip_mm).norm());
     const Quaterniond marker = seen.orientation * fit.tool_from_marker.rotation;
-    turns.push_back(calibration::turn_of(marker.conjugate() * pose.marker).norm());
+    turns.push_back(rt::turn_of(marker.conjugate() * pose.marker).norm());
     judged.rms_mm += errors.back() * errors.back();
     judged.orientation_rms_rad += turns.back() * turns.back();
     judged.predicted_rms_mm += position_covariance_mm2(fit.calibration, sample).trace();

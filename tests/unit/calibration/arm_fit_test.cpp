@@ -24,14 +24,14 @@ const NominalArm& nominal() {
 }
 
 TEST(NominalArm, IsFoundFromWhatTheDeviceReports) {
-  EXPECT_EQ(nominal().arm.use, AngleUse::kPose);
+  EXPECT_EQ(nominal().arm.use, rt::AngleUse::kPose);
   EXPECT_NEAR(nominal().arm.first_link_mm, 215.0, 0.01);
   EXPECT_NEAR(nominal().arm.second_link_mm, 170.0, 0.01);
   EXPECT_LT(nominal().position_rms_mm, 0.01);
   for (std::size_t i = 0; i < trial().rig.size(); i += 500) {
     const RigPose& pose = trial().rig.poses()[i];
     EXPECT_LT((wrist_mm(nominal().arm, pose.angles) - pose.tip_mm).norm(), 0.01);
-    EXPECT_LT(turn_of(tool_orientation(nominal().arm, pose.angles).conjugate() * pose.orientation).norm(),
+    EXPECT_LT(rt::turn_of(tool_orientation(nominal().arm, pose.angles).conjugate() * pose.orientation).norm(),
               1e-3);
   }
 }
@@ -44,7 +44,7 @@ TEST(NominalArm, OtherSignsAndZerosOfTheAnglesAreFound) {
     pose.angles.gimbal_rad[2] = -pose.angles.gimbal_rad[2];
   }
   const NominalArm found = find_nominal_arm(poses);
-  EXPECT_EQ(found.arm.use, AngleUse::kPose);
+  EXPECT_EQ(found.arm.use, rt::AngleUse::kPose);
   EXPECT_NEAR(found.arm.first_link_mm, 215.0, 0.1);
   EXPECT_NEAR(found.arm.second_link_mm, 170.0, 0.1);
 }
@@ -52,7 +52,7 @@ TEST(NominalArm, OtherSignsAndZerosOfTheAnglesAreFound) {
 TEST(NominalArm, AnglesThatDescribeNoArmAreNotUsed) {
   std::vector<RigPose> poses = trial().rig.poses();
   for (RigPose& pose : poses) pose.angles.joint_rad[1] *= std::cos(3.0 * pose.angles.joint_rad[0]);
-  EXPECT_EQ(find_nominal_arm(poses).arm.use, AngleUse::kNone);
+  EXPECT_EQ(find_nominal_arm(poses).arm.use, rt::AngleUse::kNone);
 }
 
 TEST(ArmFit, FindsTheTipOnMotionItDidNotSee) {
@@ -120,10 +120,10 @@ TEST(ArmCalibration, CorrectsNothingWithoutAnglesAndSaysSo) {
   const auto fit = fit_arm(trial().rig, trial().reference, nominal().arm, {});
   ASSERT_TRUE(fit);
   hal::RigSample sample = sample_of(trial().rig.poses().front());
-  EXPECT_EQ(correct(fit->calibration, sample).source, PoseSource::kAllAngles);
+  EXPECT_EQ(correct(fit->calibration, sample).source, rt::PoseSource::kAllAngles);
   sample.angles.known = false;
-  const CorrectedPose pose = correct(fit->calibration, sample);
-  EXPECT_EQ(pose.source, PoseSource::kReported);
+  const rt::CorrectedPose pose = correct(fit->calibration, sample);
+  EXPECT_EQ(pose.source, rt::PoseSource::kReported);
   EXPECT_DOUBLE_EQ(pose.tip_mm.x(), sample.tip_position_mm.x);
 }
 

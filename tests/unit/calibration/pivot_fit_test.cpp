@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "hal/sim/base/random.h"
-#include "server/calibration/model/rigid_transform.h"
+#include "rt/arm/rigid_transform.h"
 
 namespace hapticd::calibration {
 namespace {
@@ -19,7 +19,7 @@ std::vector<ReferencePose> pivoted(double tilt_rad, double noise_mm = 0.3, doubl
     pose.stamp_s = i / 60.0;
     const Eigen::Vector3d turn(tilt_rad * std::sin(0.9 * pose.stamp_s),
                                tilt_rad * std::cos(0.7 * pose.stamp_s), 0.1);
-    pose.orientation = rotation_by(turn);
+    pose.orientation = rt::rotation_by(turn);
     const Eigen::Vector3d noise(random.normal(), random.normal(), random.normal());
     pose.position_mm = kPivot - *pose.orientation * kTip + noise_mm * noise;
     if (random.uniform() < outlier_share) pose.position_mm += 80.0 * noise;

@@ -12,6 +12,7 @@
 #include "explore_bench.h"
 #include "rt/loop/engine.h"
 #include "rt/scene/compose.h"
+#include "rt/scene/corrected_pipeline.h"
 #include "tests/unit/allocation_counter.h"
 #include "tests/unit/rt/loop/fake_rig.h"
 
@@ -108,7 +109,12 @@ TEST(Tick, NeitherAllocatesNorLocks) {
 /// Contacts that begin, slide and end, switches to every kind of target in and out of contact, faults, stops
 /// and clears, in every composition of an explore scene.
 TEST(Tick, OfAnExploreSceneNeitherAllocatesNorLocks) {
-  const std::vector<SceneSpec> scenes = test::all_explore_scenes();
+  std::vector<SceneSpec> scenes = test::all_explore_scenes();
+  scenes.push_back(scenes.front());
+  scenes.back().name = "inclusion";
+  InclusionParameters& inclusion = scenes.back().inclusions.emplace_back();
+  inclusion.place_mm = {0.0, 0.0, -25.0};
+  inclusion.response = {0.018, 5e-5, 2.4};
   std::array<TargetLaw, 4> targets;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     targets[i].kind = static_cast<TargetLaw::Kind>(i);
@@ -153,6 +159,42 @@ TEST(Tick, OfAnExploreSceneNeitherAllocatesNorLocks) {
     EXPECT_GT(switched, 5) << spec.name;
     EXPECT_GT(latched, 5) << spec.name;
   }
+}
+
+/// A scene on corrected poses, with angles and without, in contact and free.
+TEST(Tick, OnCorrectedPosesNeitherAllocatesNorLocks) {
+  test::ExploreBench bench(test::explore_scene(Tip::kRod));
+  ArmCorrection correction;
+  for (ArmModel* arm : {&correction.nominal, &correction.arm}) {
+    arm->use = AngleUse::kPosition;
+    arm->first_link_mm = arm->second_link_mm = 140.0;
+    arm->rig_from_base.translation_mm = {-140.0, 0.0, 140.0};
+  }
+  correction.arm.joint_offset_rad[1] = 1e-3;
+  const ObjectModel model = test::bench_model();
+  CorrectedPipeline pipeline(std::move(*compose(bench.scene(), bench.info(), &model)), correction);
+  locks = 0;
+  long allocations = 0;
+  int touched = 0;
+  int corrected = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    hal::RigSample sample = bench.at({0.0, 0.0, 1.0 - 4.0 * std::sin(5e-3 * i)});
+    sample.time_ns = 1'000'000LL * i;
+    sample.angles = {.joint_rad = {0.0, 1e-4 * i, 0.0}, .gimbal_rad = {}, .known = i % 3 != 0};
+    TickRecord record;
+    const long before = hapticd::test::allocations();
+    watched = true;
+    const PipelineOutput output = pipeline.evaluate(sample, record);
+    pipeline.applied(output.force_n);
+    watched = false;
+    allocations += hapticd::test::allocations() - before;
+    touched += output.in_contact ? 1 : 0;
+    corrected += correct(correction, sample).source == PoseSource::kJointAngles ? 1 : 0;
+  }
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(locks, 0);
+  EXPECT_GT(touched, 0) << "or this proves little";
+  EXPECT_GT(corrected, 5000);
 }
 
 }  // namespace

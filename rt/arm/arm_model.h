@@ -6,9 +6,9 @@
 #include <cstdint>
 
 #include "hal/samples.h"
-#include "server/calibration/model/rigid_transform.h"
+#include "rt/arm/rigid_transform.h"
 
-namespace hapticd::calibration {
+namespace hapticd::rt {
 
 /// What of a pose the device's angles describe.
 enum class AngleUse : std::uint8_t {
@@ -51,4 +51,4 @@ Eigen::Quaterniond link_orientation(const ArmModel& arm, const hal::DeviceAngles
 /// Rotation from tool coordinates into the rig's, by joints and gimbal.
 Eigen::Quaterniond tool_orientation(const ArmModel& arm, const hal::DeviceAngles& angles) noexcept;
 
-}  // namespace hapticd::calibration
+}  // namespace hapticd::rt

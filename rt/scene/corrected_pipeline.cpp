@@ -1,8 +1,8 @@
-#include "server/scene/corrected_pipeline.h"
+#include "rt/scene/corrected_pipeline.h"
 
 #include <utility>
 
-namespace hapticd::server {
+namespace hapticd::rt {
 
 namespace {
 
@@ -17,10 +17,9 @@ hal::Quaternion turned(const Eigen::Quaterniond& turn, const hal::Quaternion& or
 
 }  // namespace
 
-rt::PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample,
-                                               rt::TickRecord& record) noexcept {
-  const calibration::CorrectedPose pose = calibration::correct(*calibration_, sample);
-  if (pose.source != calibration::PoseSource::kReported && pose.tip_mm.allFinite() &&
+PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+  const CorrectedPose pose = correct(correction_, sample);
+  if (pose.source != PoseSource::kReported && pose.tip_mm.allFinite() &&
       pose.orientation.coeffs().allFinite()) {
     const hal::Vector3 tip_mm{pose.tip_mm.x(), pose.tip_mm.y(), pose.tip_mm.z()};
     shift_mm_ = tip_mm - sample.tip_position_mm;
@@ -39,4 +38,4 @@ void CorrectedPipeline::biased_at(const hal::Quaternion& orientation) noexcept {
   stages_->biased_at(turned(turn_, orientation));
 }
 
-}  // namespace hapticd::server
+}  // namespace hapticd::rt

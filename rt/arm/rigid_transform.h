@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace hapticd::calibration {
+namespace hapticd::rt {
 
 inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
@@ -43,4 +43,4 @@ inline Eigen::Vector3d turn_of(const Eigen::Quaterniond& q) noexcept {
   return axis * (2.0 * std::atan2(sine, std::abs(q.w())) / sine);
 }
 
-}  // namespace hapticd::calibration
+}  // namespace hapticd::rt

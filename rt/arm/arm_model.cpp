@@ -1,8 +1,8 @@
-#include "server/calibration/model/arm_model.h"
+#include "rt/arm/arm_model.h"
 
 #include <cmath>
 
-namespace hapticd::calibration {
+namespace hapticd::rt {
 
 namespace {
 
@@ -45,4 +45,4 @@ Quaterniond tool_orientation(const ArmModel& arm, const hal::DeviceAngles& angle
       .normalized();
 }
 
-}  // namespace hapticd::calibration
+}  // namespace hapticd::rt

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "hal/samples.h"
+#include "rt/contribution/contact_state.h"
+#include "rt/record/tick_record.h"
+
+namespace hapticd::rt {
+
+/// An effect that adds a force to what a scene renders. All calls come from the tick: bounded time, no
+/// allocation, no lock, no exception.
+class Contribution {
+ public:
+  virtual ~Contribution() = default;
+
+  /// Advances by one tick, in contact or not, and fills its groups of the record, which is for telemetry
+  /// only. Returns the force on the tip, N, rig frame.
+  virtual hal::Vector3 update(const ContactState& now, TickRecord& record) noexcept = 0;
+  /// Forgets what it knows of the contact.
+  virtual void reset() noexcept = 0;
+};
+
+/// What a scene adds to its stiffness, composed at load, in the order in which it is summed.
+struct Contributions {
+  using List = std::vector<std::unique_ptr<Contribution>>;
+
+  List desired;  ///< scaled by the contact's authority and bounded with the stiffness, through the controller
+  List direct;   ///< added to the command as they are: the controller's lag would smear them
+  std::uint32_t channels = 0;  ///< groups of the record that they fill (bits of channel::)
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,68 @@
+#include "rt/explore/tool_motion.h"
+
+#include <utility>
+
+namespace hapticd::rt {
+
+ToolMotion::ToolMotion(const Parts& parts) noexcept
+    : load_(parts.load),
+      zero_(parts.zero_bound_n),
+      timer_(parts.rate_hz),
+      motion_(parts.position_resolution_mm, parts.rate_hz),
+      deflection_(parts.deflection),
+      structural_field_(parts.structural_field) {
+  if (parts.mass_is_off_tip) mass_motion_.emplace(parts.position_resolution_mm, parts.rate_hz);
+}
+
+void ToolMotion::reset() noexcept {
+  timer_.reset();
+  motion_.reset();
+  if (mass_motion_) mass_motion_->reset();
+  deflection_.reset();
+  has_tip_ = false;
+}
+
+ToolState ToolMotion::update(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
+  const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
+  const hal::Vector3& encoder_mm = sample.tip_position_mm;
+  const TickInterval interval = timer_.update(position_ns);
+  motion_.update(encoder_mm, position_ns);
+  if (structural_field_) deflection_.set_stiffness_n_per_mm(structural_field_->stiffness_at(encoder_mm));
+  const hal::Vector3 tip_mm = encoder_mm - deflection_.update(device_n, interval.periods);
+  hal::Vector3 mass_mm = encoder_mm;
+  if (mass_motion_) {
+    mass_mm = load_.centre_mm(encoder_mm, sample.tip_orientation);
+    mass_motion_->update(mass_mm, position_ns);
+  }
+  const hal::Vector3 acceleration = motion_.acceleration_mm_per_s2();
+  const hal::Vector3 mass_acceleration = mass_motion_ ? mass_motion_->acceleration_mm_per_s2() : acceleration;
+  const hal::Vector3 load_n =
+      load_.without_weight_n(sample.sensor_force_n - zero_.zero().force_n, sample.tip_orientation);
+  if (!std::exchange(has_tip_, true)) {
+    last_tip_mm_ = tip_mm;
+    last_encoder_mm_ = encoder_mm;
+  }
+  return {interval,
+          encoder_mm,
+          encoder_mm - std::exchange(last_encoder_mm_, encoder_mm),
+          tip_mm,
+          tip_mm - std::exchange(last_tip_mm_, tip_mm),
+          motion_.velocity_mm_per_s(),
+          acceleration,
+          mass_mm,
+          mass_acceleration,
+          load_n,
+          load_n + load_.inertia_n(mass_acceleration)};
+}
+
+void ToolMotion::follow_zero(const hal::RigSample& sample, const ContactStage3& contact,
+                             const TickInterval& interval) noexcept {
+  const bool shows_in_motion = contact.zero_shows_in_motion();
+  if (!shows_in_motion && !contact.zero_shows()) return;
+  const SensorZero error{load_.in_sensor_frame(contact.residual_n() * -1.0, sample.tip_orientation),
+                         sample.sensor_torque_n_mm - zero_.zero().torque_n_mm};
+  if (!shows_in_motion) return zero_.update(error, interval);
+  zero_.take_over(error, ReadingInMotion3::kTakeOverNPerS, interval);
+}
+
+}  // namespace hapticd::rt
