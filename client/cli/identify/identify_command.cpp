@@ -110,8 +110,8 @@ void add_contact(CLI::App& identify, Session& session) {
       ->check(CLI::IsMember({"hunt_crossley", "creep"}));
   command
       .add_option("--method", line->task.method,
-                  "recursive, double_stage or batch; without it recursive, refined by batch at the end")
-      ->check(CLI::IsMember({"recursive", "double_stage", "batch"}));
+                  "recursive or batch; without it recursive, refined by batch at the end")
+      ->check(CLI::IsMember({"recursive", "batch"}));
   command.add_option("--force", line->task.force_n, "What presses shall reach in N, 0.2 to 30; without it 6")
       ->check(CLI::Range(0.2, 30.0));
   command

@@ -49,7 +49,6 @@ v1::ContactLaw law_of(const std::string& word) {
 
 v1::ContactMethod method_of(const std::string& word) {
   if (word == "recursive") return v1::CONTACT_METHOD_RECURSIVE;
-  if (word == "double_stage") return v1::CONTACT_METHOD_DOUBLE_STAGE;
   if (word == "batch") return v1::CONTACT_METHOD_BATCH;
   return v1::CONTACT_METHOD_UNSPECIFIED;
 }

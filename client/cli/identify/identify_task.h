@@ -18,7 +18,7 @@ struct IdentifyTask {
   std::vector<double> press_direction;  ///< three components, or none
   // contact
   std::string law;     ///< "hunt_crossley", "creep", or empty
-  std::string method;  ///< "recursive", "double_stage", "batch", or empty
+  std::string method;  ///< "recursive", "batch", or empty
   std::optional<double> force_n;
   std::optional<double> displacement_mm;
   std::optional<double> speed_mm_per_s;

@@ -10,7 +10,7 @@
 #include "server/calibration/estimate/left_out.h"
 #include "server/calibration/estimate/rigid_fit.h"
 #include "server/calibration/estimate/stream_offset.h"
-#include "server/linear_algebra/linear_algebra.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::calibration {
 
@@ -254,7 +254,7 @@ hal::Result<ArmFit> fit_arm(const RigStream& rig, const std::vector<ReferencePos
   c.registered = true;
   c.reference_from_rig = solved.state.reference_from_rig;
   c.device_from_rig = solved.state.arm.rig_from_base.inverse();
-  const UnknownMatrix covariance = agreement(solved) * inverse_active(solved.information, solved.active);
+  const UnknownMatrix covariance = agreement(solved) * linear_algebra::invert_scaled(solved.information);
   const auto map = parameters_from_unknowns(solved, settings);
   c.covariance = map * covariance * map.transpose();
   c.covariance.block<3, 3>(parameter::kTipOffset, parameter::kTipOffset) +=

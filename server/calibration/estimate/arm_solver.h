@@ -24,17 +24,10 @@ struct Solved {
   UnknownMatrix information = UnknownMatrix::Zero();  ///< active ones, weighted by the noise, with the prior
   UnknownVector prior_information = UnknownVector::Zero();
   std::array<bool, unknown::kCount> active{};
-  int rounds = 0;
 };
 
 /// Solves from a start that is near.
 Solved solve_arm(const RigStream& rig, const std::vector<const ReferencePose*>& seen, const ArmState& start,
                  const std::array<bool, unknown::kCount>& active);
-
-/// Solves information · x = right for the active unknowns; 0 for the others.
-UnknownVector solve_active(const UnknownMatrix& information, const UnknownVector& right,
-                           const std::array<bool, unknown::kCount>& active);
-UnknownMatrix inverse_active(const UnknownMatrix& information,
-                             const std::array<bool, unknown::kCount>& active);
 
 }  // namespace hapticd::calibration

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/calibration/estimate/median.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::calibration {
 
@@ -130,7 +131,7 @@ LeftOut leave_out(const Solved& solved, const RigStream& rig, const std::vector<
   std::map<int, ArmState> states;
   for (const auto& [group, of_group] : sums) {
     const UnknownVector step =
-        solve_active(solved.information - of_group.information, of_group.score, solved.active);
+        linear_algebra::solve_scaled(solved.information - of_group.information, of_group.score);
     states.emplace(group, step.allFinite() ? solved.state.moved(step) : solved.state);
   }
   std::vector<PoseResidual> marker;
@@ -172,7 +173,7 @@ double agreement(const Solved& solved) {
   data.diagonal() -= solved.prior_information;
   const auto n = static_cast<double>(std::count(solved.active.begin(), solved.active.end(), true));
   const auto blocks = static_cast<double>(seconds.size());
-  const double ratio = (inverse_active(solved.information, solved.active) * spread).trace() / n;
+  const double ratio = (linear_algebra::invert_scaled(solved.information) * spread).trace() / n;
   return std::max(1.0, ratio * blocks / std::max(1.0, blocks - n / 3.0));
 }
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "server/linear_algebra/linear_algebra.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::calibration {
 
@@ -75,7 +75,7 @@ bool start(rt::ArmModel& arm, const std::vector<RigPose>& poses, double& conditi
   return arm.first_link_mm > 1.0 && arm.second_link_mm > 1.0;
 }
 
-rt::ArmModel moved(const rt::ArmModel& arm, const Eigen::Matrix<double, 13, 1>& step) {
+rt::ArmModel moved(const rt::ArmModel& arm, const VectorXd& step) {
   rt::ArmModel m = arm;
   m.rig_from_base.rotation = rt::rotation_by(step.head<3>()) * arm.rig_from_base.rotation;
   m.rig_from_base.translation_mm += step.segment<3>(3);
@@ -97,38 +97,23 @@ VectorXd position_residuals(const rt::ArmModel& arm, const std::vector<RigPose>&
   return r;
 }
 
-/// Refines by Newton's steps with a little damping; the start is near.
-void refine(rt::ArmModel& arm, const std::vector<RigPose>& poses) {
-  double damping = 1e-6;
-  VectorXd r = position_residuals(arm, poses);
-  for (int round = 0; round < 30; ++round) {
-    MatrixXd j(r.size(), 13);
-    for (int i = 0; i < 13; ++i) {
-      const double h = (i < 3 || i == 8 || i == 9) ? 1e-6 : 1e-4;
-      Eigen::Matrix<double, 13, 1> step = Eigen::Matrix<double, 13, 1>::Zero();
-      step[i] = h;
-      const VectorXd above = position_residuals(moved(arm, step), poses);
-      step[i] = -h;
-      j.col(i) = (above - position_residuals(moved(arm, step), poses)) / (2.0 * h);
-    }
-    MatrixXd normal = j.transpose() * j;
-    const VectorXd diagonal = normal.diagonal();
-    normal.diagonal() += damping * diagonal + VectorXd::Constant(13, 1e-9);
-    const Eigen::Matrix<double, 13, 1> step = -linear_algebra::solve_symmetric(normal, j.transpose() * r);
-    if (!step.allFinite()) return;
-    const rt::ArmModel next = moved(arm, step);
-    const VectorXd after = position_residuals(next, poses);
-    if (after.squaredNorm() < r.squaredNorm()) {
-      const bool over = r.squaredNorm() - after.squaredNorm() < 1e-12 * r.squaredNorm();
-      arm = next;
-      r = after;
-      damping = std::max(1e-9, damping * 0.1);
-      if (over) return;
-    } else {
-      damping *= 10.0;
-      if (damping > 1e3) return;
-    }
-  }
+/// Refines all of them together; the start is near.
+rt::ArmModel refined(const rt::ArmModel& start, const std::vector<RigPose>& poses) {
+  VectorXd h = VectorXd::Constant(13, 1e-4);
+  h.head<3>().setConstant(1e-6);
+  h.segment<2>(8).setConstant(1e-6);
+  return linear_algebra::minimise(
+             start,
+             [&](const rt::ArmModel& arm) {
+               linear_algebra::NormalEquations equations(h.size());
+               equations.add(
+                   linear_algebra::central_differences(
+                       [&](const VectorXd& step) { return position_residuals(moved(arm, step), poses); }, h),
+                   position_residuals(arm, poses));
+               return equations;
+             },
+             [&](const rt::ArmModel& arm) { return position_residuals(arm, poses).squaredNorm(); }, moved)
+      .state;
 }
 
 /// Variation of what is left between gimbal and tool, for given zeros of the gimbal.
@@ -147,7 +132,7 @@ double gimbal_rms_rad(rt::ArmModel& arm, const std::vector<RigPose>& poses) {
   return std::sqrt(squares / static_cast<double>(rest.size()));
 }
 
-/// Zeros of the first two angles by Gauss-Newton on the variance, from the device's own.
+/// Finds the zeros of the first two angles by steps along each that halve, from the device's own.
 double refine_gimbal(rt::ArmModel& arm, const std::vector<RigPose>& poses) {
   double rms = gimbal_rms_rad(arm, poses);
   double step = 0.2;
@@ -186,7 +171,7 @@ NominalArm find_nominal_arm(const std::vector<RigPose>& all) {
     arm.joint_gain = signs(bits);
     double condition = 0.0;
     if (!start(arm, poses, condition)) continue;
-    refine(arm, poses);
+    arm = refined(arm, poses);
     const double rms = position_rms_mm(arm, poses);
     // The same arm can be described with other signs and a base that is turned: the first one stays.
     if (rms < 0.9 * found.position_rms_mm) found = {arm, rms, 0.0, condition};

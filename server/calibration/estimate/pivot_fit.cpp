@@ -9,7 +9,7 @@
 
 #include "rt/arm/rigid_transform.h"
 #include "server/calibration/estimate/median.h"
-#include "server/linear_algebra/linear_algebra.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::calibration {
 
@@ -73,25 +73,20 @@ hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
   }
   std::vector<double> weights(poses.size(), 1.0);
   Vector6 x = Vector6::Zero();
-  Matrix6 information = Matrix6::Zero();
+  linear_algebra::NormalEquations equations(6);
   double noise_mm = 1.0;
   for (int round = 0; round < 30; ++round) {
-    information.setZero();
-    Vector6 right = Vector6::Zero();
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      information += weights[i] * rows[i].transpose() * rows[i];
-      right -= weights[i] * rows[i].transpose() * poses[i].position_mm;
-    }
-    x = linear_algebra::solve_symmetric(information, right);
+    equations = linear_algebra::NormalEquations(6);
+    for (std::size_t i = 0; i < poses.size(); ++i) equations.add(rows[i], poses[i].position_mm, weights[i]);
+    x = linear_algebra::solve_scaled(equations.information, equations.right);
     std::vector<double> sizes;
     for (std::size_t i = 0; i < poses.size(); ++i)
       sizes.push_back((rows[i] * x + poses[i].position_mm).norm());
     noise_mm = std::max(1e-6, median(sizes) / kMedianOfThree);
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      const double u = sizes[i] / (6.0 * noise_mm);
-      weights[i] = round < 5 ? 1.0 / std::sqrt(1.0 + 36.0 * u * u)
-                   : u < 1.0 ? (1.0 - u * u) * (1.0 - u * u)
-                             : 0.0;
+      const double size = sizes[i] / noise_mm;
+      weights[i] =
+          round < 5 ? linear_algebra::soft_l1(size) : linear_algebra::tukey(size, kOutlierDeviations);
     }
   }
   std::map<long, Vector6> seconds;
@@ -107,7 +102,7 @@ hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
       squares += r.squaredNorm();
     }
   }
-  const Matrix6 inverse = linear_algebra::invert_symmetric(information / (noise_mm * noise_mm));
+  const Matrix6 inverse = linear_algebra::invert_scaled(equations.information / (noise_mm * noise_mm));
   Matrix6 spread = Matrix6::Zero();
   for (const auto& [second, score] : seconds) spread += score * score.transpose();
   const double agree = seconds.size() < 5 ? 1.0 : std::max(1.0, (inverse * spread).trace() / 6.0);

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "server/calibration/estimate/median.h"
-#include "server/linear_algebra/linear_algebra.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::calibration {
 
@@ -40,20 +40,18 @@ std::optional<RigidFit> alternate(const std::vector<MarkerPair>& pairs, const st
     for (std::size_t i = 0; i < pairs.size(); ++i) from[i] = pairs[i].tip_mm + pairs[i].tool * fit.marker_mm;
     const auto turned = umeyama(from, onto, weights, with_scale);
     if (!turned) return std::nullopt;
-    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    linear_algebra::NormalEquations equations(6);
     const Matrix3d back = turned->transform.rotation.toRotationMatrix().transpose() / turned->scale;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       Eigen::Matrix<double, 3, 6> row;
       row << pairs[i].tool, Matrix3d::Identity();
-      normal += weights[i] * row.transpose() * row;
-      right += weights[i] * row.transpose() * (back * pairs[i].seen_mm - pairs[i].tip_mm);
+      equations.add(row, pairs[i].tip_mm - back * pairs[i].seen_mm, weights[i]);
     }
     // A tool that hardly turns does not say where its marker is: near the tip, then.
     double total = 0.0;
     for (const double w : weights) total += w;
-    normal.topLeftCorner<3, 3>() += 1e-4 * total * Matrix3d::Identity();
-    const Eigen::Matrix<double, 6, 1> solved = linear_algebra::solve_symmetric(normal, right);
+    equations.information.topLeftCorner<3, 3>() += 1e-4 * total * Matrix3d::Identity();
+    const Eigen::VectorXd solved = linear_algebra::solve_scaled(equations.information, equations.right);
     fit = *turned;
     fit.marker_mm = solved.head<3>();
     fit.transform.translation_mm = fit.scale * (fit.transform.rotation * Vector3d(solved.tail<3>()));

@@ -38,15 +38,12 @@ Outcome<identification::ContactTask> contact_task(const v1::ContactTask& wanted)
     case v1::CONTACT_METHOD_RECURSIVE:
       task.method = identification::ContactFitMethod::kRecursive;
       break;
-    case v1::CONTACT_METHOD_DOUBLE_STAGE:
-      task.method = identification::ContactFitMethod::kDoubleStage;
-      break;
     case v1::CONTACT_METHOD_BATCH:
       task.method = identification::ContactFitMethod::kBatch;
       break;
     default:
       return invalid("no such method", std::string(kPlace) + ".contact.method",
-                     std::to_string(wanted.method()), "RECURSIVE, DOUBLE_STAGE, BATCH");
+                     std::to_string(wanted.method()), "RECURSIVE, BATCH");
   }
   if (wanted.has_force_n()) task.force_n = wanted.force_n();
   if (wanted.has_displacement_mm()) task.displacement_mm = wanted.displacement_mm();

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "server/linear_algebra/linear_algebra.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::identification {
 
@@ -107,8 +107,8 @@ double cost(const Vector& left, const Weights& weights) {
   return weights.force * left.head<3>().sum() + weights.torque * left.tail<3>().sum();
 }
 
-/// Usual sizes. A parameter is bound to thirty times its size about where the search starts, which keeps a
-/// parameter in place that the data do not show.
+/// Usual sizes. A parameter is held to where it is by thirty times its size, which keeps a parameter in place
+/// that the data do not show.
 Vector usual_sizes(double mass) {
   Vector s(kP);
   s << std::max(5.0, std::abs(mass)), 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 20.0,
@@ -117,80 +117,44 @@ Vector usual_sizes(double mass) {
 }
 constexpr double kPriorSizes = 30.0;
 
-struct Search {
-  Theta theta;
-  double cost = kInfinite;
-  Matrix information{kP, kP};
-};
-
-void linearise(const Unpacked& u, const Theta& theta, const Weights& weights, bool turning,
-               Matrix& information, Vector& gradient) {
+linear_algebra::NormalEquations linearise(const Unpacked& u, const Theta& theta, const Weights& weights,
+                                          bool turning) {
+  const auto regressors_by_readings = [&](const Vector& step) {
+    const Matrix c = theta.moved(step).coefficients().transpose();
+    return Vector(c.reshaped());
+  };
+  Matrix slopes = linear_algebra::central_differences(regressors_by_readings, 1e-6 * usual_sizes(theta.mass));
+  if (!turning) slopes.middleCols<3>(kArm).setZero();
   const Matrix c = theta.coefficients();
-  const Vector sizes = usual_sizes(theta.mass);
-  std::vector<Matrix> slopes;
-  for (int p = 0; p < kP; ++p) {
-    Vector step = Vector::Zero(kP);
-    const double h = 1e-6 * sizes(p);
-    step(p) = h;
-    const Matrix up = theta.moved(step).coefficients();
-    slopes.push_back((up - theta.moved(-step).coefficients()) / (2.0 * h));
-    if (!turning && p >= kArm && p < kArm + 3) slopes.back().setZero();
-  }
-  information.setZero(kP, kP);
-  gradient.setZero(kP);
+  linear_algebra::NormalEquations equations(kP);
+  equations.cost = cost(left_of(u, c), weights);
   for (int j = 0; j < kY; ++j) {
     const double weight = weights.of(j);
     if (weight <= 0.0) continue;
-    Matrix d(kP, kZ);
-    for (int p = 0; p < kP; ++p) d.row(p) = slopes[static_cast<std::size_t>(p)].row(j);
-    const Vector open = u.zy.col(j) - u.zz * c.row(j).transpose();
-    information += weight * d * u.zz * d.transpose();
-    gradient += weight * d * open;
+    const auto d = slopes.middleRows<kZ>(j * kZ);
+    equations.information += weight * d.transpose() * u.zz * d;
+    equations.right += weight * d.transpose() * (u.zy.col(j) - u.zz * c.row(j).transpose());
   }
+  return equations;
 }
 
-Search descend(const Unpacked& u, Theta theta, const Weights& weights, bool turning) {
-  const Vector sizes = usual_sizes(theta.mass);
-  Vector prior(kP);
-  for (int p = 0; p < kP; ++p) prior(p) = 1.0 / (kPriorSizes * kPriorSizes * sizes(p) * sizes(p));
-  Search search;
-  double here = cost(left_of(u, theta.coefficients()), weights);
-  double damping = 1e-3;
-  Matrix information(kP, kP);
-  Vector gradient(kP);
-  for (int iteration = 0; iteration < 60; ++iteration) {
-    linearise(u, theta, weights, turning, information, gradient);
-    bool better = false;
-    double gain = 0.0;
-    for (int attempt = 0; attempt < 8 && !better; ++attempt) {
-      Matrix damped = information;
-      for (int p = 0; p < kP; ++p) damped(p, p) += damping * information(p, p) + prior(p);
-      const Vector scale = damped.diagonal().cwiseSqrt().cwiseInverse();
-      const Matrix scaled = scale.asDiagonal() * damped * scale.asDiagonal();
-      Vector step =
-          scale.asDiagonal() * linear_algebra::solve_symmetric(scaled, scale.asDiagonal() * gradient);
-      const double turn = step.segment<3>(kTurn).norm();
-      if (turn > 0.7) step *= 0.7 / turn;  // rotations are not linear
-      const Theta next = theta.moved(step);
-      const double there = cost(left_of(u, next.coefficients()), weights);
-      if (std::isfinite(there) && there <= here) {
-        better = true;
-        gain = here - there;
-        theta = next;
-        here = there;
-        damping = std::max(1e-12, 0.1 * damping);
-      } else {
-        damping = 10.0 * damping + 1e-9;
-      }
-    }
-    if (!better || gain <= 1e-10 * here) break;
-  }
-  linearise(u, theta, weights, turning, information, gradient);
-  for (int p = 0; p < kP; ++p) information(p, p) += prior(p);
-  search.theta = theta;
-  search.cost = here;
-  search.information = information;
-  return search;
+using Search = linear_algebra::Minimum<Theta>;
+
+Search descend(const Unpacked& u, const Theta& start, const Weights& weights, bool turning) {
+  const Vector prior = (kPriorSizes * usual_sizes(start.mass)).cwiseAbs2().cwiseInverse();
+  return linear_algebra::minimise(
+      start,
+      [&](const Theta& theta) {
+        linear_algebra::NormalEquations equations = linearise(u, theta, weights, turning);
+        equations.information.diagonal() += prior;
+        return equations;
+      },
+      [&](const Theta& theta) { return cost(left_of(u, theta.coefficients()), weights); },
+      [](const Theta& theta, Vector step) {
+        const double turn = step.segment<3>(kTurn).norm();
+        if (turn > 0.7) step *= 0.7 / turn;  // rotations are not linear
+        return theta.moved(step);
+      });
 }
 
 /// Guesses the proper rotation and the mass nearest to the linear map from w to the force.
@@ -290,17 +254,14 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   const Theta own = given;
   const hal::Quaternion& q = options.start;
   given.rotation = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
-  Search best;
+  // If both explain the data alike, the data do not determine the rotation: it stays as given.
+  Search best = descend(u, given, weights, turning);
+  const Search other = descend(u, own, weights, turning);
+  const double alike = 1e-12 * cost(u.yy, weights);
+  if (other.equations.cost < 0.99 * best.equations.cost - alike) best = other;
   for (int round = 0; round < 3; ++round) {
-    if (round == 0) {
-      // If both explain the data alike, the data do not determine the rotation: it stays as given.
-      best = descend(u, given, weights, turning);
-      const Search other = descend(u, own, weights, turning);
-      if (other.cost < 0.99 * best.cost) best = other;
-    } else {
-      best = descend(u, best.theta, weights, turning);
-    }
-    const Vector left = left_of(u, best.theta.coefficients());
+    if (round > 0) best = descend(u, best.state, weights, turning);
+    const Vector left = left_of(u, best.state.coefficients());
     const double degrees = std::max(1.0, 3.0 * u.samples - 0.5 * kP);
     fit.force_rms_n = std::sqrt(left.head<3>().sum() / degrees);
     fit.torque_rms_n_mm = std::sqrt(left.tail<3>().sum() / degrees);
@@ -310,11 +271,11 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
     const double varied = u.spread.head<3>().sum();
     fit.residual = varied > 0.0 ? std::sqrt(left.head<3>().sum() / varied) : 0.0;
   }
-  best = descend(u, best.theta, weights, turning);
-  if (!std::isfinite(best.cost)) return fit;
+  best = descend(u, best.state, weights, turning);
+  if (!std::isfinite(best.equations.cost)) return fit;
 
-  const Vector sizes = usual_sizes(best.theta.mass);
-  const Matrix scaled = sizes.asDiagonal() * best.information * sizes.asDiagonal();
+  const Vector sizes = usual_sizes(best.state.mass);
+  const Matrix scaled = sizes.asDiagonal() * best.equations.information * sizes.asDiagonal();
   const linear_algebra::SymmetricEigen eigen = linear_algebra::symmetric_eigen(scaled);
   // With exact data rounding is all that is left in a direction that the data do not determine.
   const double rounding = 1e-13 * eigen.values.maxCoeff();
@@ -336,7 +297,7 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
     const bool no_torque = !fit.has_torque && p >= kCentre;
     error(p) = !(error(p) < most) || no_arm || no_torque ? kInfinite : error(p) * sizes(p);
   }
-  const Theta& t = best.theta;
+  const Theta& t = best.state;
   fit.mass_g = t.mass;
   Eigen::Quaterniond rotation(t.rotation);
   rotation.normalize();

@@ -31,7 +31,8 @@ double length_of(const FrictionTask& task) {
 }  // namespace
 
 FrictionIdentification::FrictionIdentification(const FrictionTask& task, const hal::RigInfo& rig)
-    : task_(task),
+    : IdentificationSession(friction_kind()),
+      task_(task),
       rig_(rig),
       replay_(rig.kind == hal::RigKind::kReplay),
       sees_tip_(replay_ && rig.has_external_position),
@@ -100,24 +101,20 @@ void FrictionIdentification::add(const rt::Observation& observation) {
 }
 
 hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool exponent) const {
-  const auto refuse = [&](const std::string& what, const std::string& value, const std::string& limit,
-                          const std::string& remedy) {
-    return hal::Error{what, "identification of friction", value, limit, remedy};
-  };
   constexpr double kMinMotionMm = 0.01;
   const double moved_mm = max_along_mm_ - min_along_mm_;
   if (gate_.used() < 20) {
-    return refuse("too little data", std::to_string(gate_.used()) + " fit samples", "at least 20",
-                  replay_ ? "record strokes back and forth" : next_request().words);
+    return refusal("too little data", std::to_string(gate_.used()) + " fit samples", "at least 20",
+                   replay_ ? "record strokes back and forth" : next_request().words);
   }
   if (!(moved_mm > kMinMotionMm)) {
-    return refuse("the tip did not move along the line", std::to_string(moved_mm) + " mm",
-                  "strokes of more than " + std::to_string(kMinMotionMm) + " mm",
-                  replay_ ? "check the column and the unit of the position" : next_request().words);
+    return refusal("the tip did not move along the line", std::to_string(moved_mm) + " mm",
+                   "strokes of more than " + std::to_string(kMinMotionMm) + " mm",
+                   replay_ ? "check the column and the unit of the position" : next_request().words);
   }
   if (contact_samples_ == 0) {
-    return refuse("nothing was touched", in_newton(0.0), "more than " + in_newton(kMinReactionN),
-                  replay_ ? "check the column and the unit of the force" : next_request().words);
+    return refusal("nothing was touched", in_newton(0.0), "more than " + in_newton(kMinReactionN),
+                   replay_ ? "check the column and the unit of the force" : next_request().words);
   }
   Fit fit;
   double constant_normal_n = 0.0;
@@ -154,8 +151,8 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
     max_n = std::max(max_n, row.friction_n);
   }
   if (!fit.rows.rows.empty() && !(max_n - min_n > 1e-6)) {
-    return refuse("the force along the line does not vary", std::to_string(max_n) + " N throughout",
-                  "friction that turns with the motion", "check which column is the friction force");
+    return refusal("the force along the line does not vary", std::to_string(max_n) + " N throughout",
+                   "friction that turns with the motion", "check which column is the friction force");
   }
   FrictionFitOptions options;
   options.law = task_.tip == rt::Tip::kRod ? rt::FrictionLaw::kDahl : rt::FrictionLaw::kCoulombViscous;
@@ -218,15 +215,11 @@ bool FrictionIdentification::certain(const Fit& fit) const {
          (task_.tip != rt::Tip::kRod || e.presliding_mm < kCertainPresliding * p.presliding_mm);
 }
 
-IdentificationProgress FrictionIdentification::progress() const {
+void FrictionIdentification::find(IdentificationProgress& progress) const {
   refit();
-  IdentificationProgress progress;
   progress.samples = contact_samples_;
   progress.duration_s = last_s_ - begun_s_;
-  progress.residual = std::numeric_limits<double>::quiet_NaN();
-  progress.coverage.push_back(coverage());
-  progress.fit_x = "position along the line [mm]";
-  progress.fit_y = "friction [N]";
+  progress.coverage.push_back(conditions());
   const bool covered = lacking_force_row() < 0 && (replay_ || scanned());
   if (fitted_) {
     progress.parameters = parameters_of(*fitted_);
@@ -243,8 +236,8 @@ IdentificationProgress FrictionIdentification::progress() const {
       progress.fit.push_back({rows[i].along_mm, rows[i].friction_n, model[i]});
     }
   }
-  progress.converged = progress.certain && progress.steady && covered && !failed_;
-  if (!progress.converged) progress.missing = missing(progress.steady, progress.certain);
+  progress.converged = covered && !failed_;
+  progress.missing = missing(progress.steady, progress.certain);
   progress.remarks = remarks(fitted_ ? &*fitted_ : nullptr);
   double done = 0.0;
   if (replay_) {
@@ -255,13 +248,11 @@ IdentificationProgress FrictionIdentification::progress() const {
     done = 0.25 * (scanned() ? 1.0 : share_of_taps) + 0.55 * progress.coverage.front().share +
            (progress.certain ? 0.1 : 0.0) + (progress.steady && progress.certain ? 0.1 : 0.0);
   }
-  completion_ = std::max(completion_, progress.converged ? 1.0 : std::min(done, 0.99));
-  progress.completion = completion_;
-  return progress;
+  progress.completion = std::min(done, 0.99);
 }
 
-hal::Result<rt::IdentifiedModel> FrictionIdentification::finish() const {
-  const IdentificationProgress last = progress();
+std::optional<hal::Error> FrictionIdentification::conclude(const IdentificationProgress& /*now*/,
+                                                           rt::IdentifiedModel& model) const {
   hal::Result<Fit> found = fit(task_.exponent);
   if (!found) return found.error();
   const bool chooses = task_.tip == rt::Tip::kRod && !task_.exponent && !task_.exponent_is_one;
@@ -272,11 +263,9 @@ hal::Result<rt::IdentifiedModel> FrictionIdentification::finish() const {
     if (choice->form() == FrictionForm::kDahlExponent) found = fit(true);
     if (!found) return found.error();
   }
-  rt::IdentifiedModel model;
   model.content = rt::FrictionModel{task_.tip, found->law.parameters};
   model.parameters = parameters_of(*found);
   model.residual = found->law.residual;
-  model.converged = last.converged;
   model.procedure = found->law.parameters.maxwell_slip ? "Maxwell-slip law"
                     : task_.tip == rt::Tip::kRod       ? "Dahl's law"
                                                        : "Coulomb-viscous law";
@@ -294,11 +283,7 @@ hal::Result<rt::IdentifiedModel> FrictionIdentification::finish() const {
   }
   model.validity.max_force_n = found->rows.max_normal_n;
   model.validity.max_speed_mm_per_s = found->rows.most_speed_mm_per_s;
-  if (auto error = rt::check(model)) {
-    error->remedy = "check unit and column of force and position, or stroke again";
-    return *error;
-  }
-  return model;
+  return std::nullopt;
 }
 
 }  // namespace hapticd::identification

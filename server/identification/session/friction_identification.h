@@ -14,7 +14,7 @@
 #include "server/identification/gate/sample_gate.h"
 #include "server/identification/gate/stroke_effort.h"
 #include "server/identification/gate/stroke_passages.h"
-#include "server/identification/session/identification.h"
+#include "server/identification/session/identification_session.h"
 #include "server/identification/session/tasks.h"
 
 namespace hapticd::identification {
@@ -45,7 +45,7 @@ namespace hapticd::identification {
 /// Parameters: "kinetic", "presliding_mm", "viscous_n_s_per_mm"; "exponent", "force_bias_n",
 /// "coulomb_force_n" if they were asked for or apply; "maxwell_slip_elements", how many, if that law was
 /// chosen. The standard errors of its level and presliding are then those of Dahl's law on the same strokes.
-class FrictionIdentification final : public Identification {
+class FrictionIdentification final : public IdentificationSession {
  public:
   static constexpr double kNominalNormalN = 10.0;
 
@@ -53,8 +53,6 @@ class FrictionIdentification final : public Identification {
 
   void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
-  IdentificationProgress progress() const override;
-  hal::Result<rt::IdentifiedModel> finish() const override;
 
  private:
   struct Fit {
@@ -66,12 +64,15 @@ class FrictionIdentification final : public Identification {
     bool nominal_normal = false;
   };
 
+  void find(IdentificationProgress& progress) const override;
+  std::optional<hal::Error> conclude(const IdentificationProgress& now,
+                                     rt::IdentifiedModel& model) const override;
   void count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s);
   hal::Result<Fit> fit(bool exponent) const;
   /// Fits the same strokes by Maxwell-slip elements; an error if none can be fitted.
   hal::Result<Fit> with_maxwell_slip(Fit dahl) const;
   void refit() const;
-  Coverage coverage() const;
+  Coverage conditions() const;
   int scan_taps() const;
   bool scanned() const;
   bool asks_for_row(int row) const;
@@ -111,7 +112,6 @@ class FrictionIdentification final : public Identification {
   };
   mutable std::optional<Reference> reference_;
   mutable double change_ = 1.0;  ///< largest relative change of a parameter over the last few passages
-  mutable double completion_ = 0.0;
 };
 
 }  // namespace hapticd::identification

@@ -33,13 +33,11 @@ void FrictionIdentification::count_coverage(const hal::Vector3& reaction_n, doub
   if (count < std::numeric_limits<std::uint32_t>::max()) ++count;
 }
 
-Coverage FrictionIdentification::coverage() const {
-  Coverage coverage;
-  coverage.x = {"sliding speed", "mm/s", 0.0, kMaxSpeedMmPerS, kSpeedBins};
-  coverage.y = {"normal force", "N", 0.0, kMaxForceN, kForceBins};
+Coverage FrictionIdentification::conditions() const {
+  Coverage coverage({"sliding speed", "mm/s", 0.0, kMaxSpeedMmPerS, kSpeedBins},
+                    {"normal force", "N", 0.0, kMaxForceN, kForceBins});
   coverage.counts = counts_;
-  coverage.required.assign(counts_.size(), 0);  // a recording can be asked for nothing
-  for (std::size_t i = 0; i < counts_.size() && !replay_; ++i) {
+  for (std::size_t i = 0; i < counts_.size() && !replay_; ++i) {  // a recording can be asked for nothing
     coverage.required[i] = asks_for_row(static_cast<int>(i) / kSpeedBins) ? 1 : 0;
   }
   coverage.enough_samples = kEnoughPerCell;

@@ -29,7 +29,8 @@ constexpr double kViolentN = 3.0;
 }  // namespace
 
 GainsIdentification::GainsIdentification(const GainsTask& task, const hal::RigInfo& rig)
-    : task_(task),
+    : IdentificationSession(gains_kind()),
+      task_(task),
       rig_(rig),
       gate_(gains_policy()),
       oscillation_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0,
@@ -265,22 +266,13 @@ MotionRequest GainsIdentification::next_request() const {
   return request;
 }
 
-IdentificationProgress GainsIdentification::progress() const {
-  IdentificationProgress progress;
+void GainsIdentification::find(IdentificationProgress& progress) const {
   progress.samples = used_;
   progress.duration_s = last_s_ - first_s_;
-  progress.residual = std::numeric_limits<double>::quiet_NaN();
-  progress.fit_x = "proportional gain";
-  progress.fit_y = "amplitude of the oscillation [mm]";
-  Coverage coverage{{"proportional gain", "1", 0.0, kControllerLimit, 10},
-                    {"presses", "1", 0.0, 1.0, 1},
-                    std::vector<std::uint32_t>(10),
-                    std::vector<std::uint8_t>(10),
-                    0.0};
+  Coverage coverage({"proportional gain", "1", 0.0, kControllerLimit, 10}, {"presses", "1", 0.0, 1.0, 1});
   for (const Trial& trial : trials_) {
     progress.fit.push_back({trial.gain, trial.oscillates ? trial.amplitude_mm : 0.0, 0.0});
-    const double bin = std::clamp(std::floor(trial.gain / kControllerLimit * 10.0), 0.0, 9.0);
-    ++coverage.counts[static_cast<std::size_t>(bin)];
+    ++coverage.counts[coverage.cell_at(trial.gain)];
   }
   const bool done = phase_ == Phase::kDone;
   const double highest = done || phase_ == Phase::kVerify ? ultimate_ : gain_;
@@ -311,9 +303,7 @@ IdentificationProgress GainsIdentification::progress() const {
   progress.steady = progress.certain = ultimate_ > 0.0;
   progress.converged = done && verified_;
   const double along = std::log(gain_ / kFirstGain) / std::log(kLastGain / kFirstGain);
-  const double share = done ? 1.0 : phase_ == Phase::kVerify ? 0.9 : 0.85 * along;
-  completion_ = std::max(completion_, share);
-  progress.completion = completion_;
+  progress.completion = done ? 1.0 : phase_ == Phase::kVerify ? 0.9 : 0.85 * along;
   if (!done) progress.missing.push_back(next_request().words);
   if (done && !verified_)
     progress.missing.emplace_back("a softer target: the gains chosen do not hold this one");
@@ -324,38 +314,32 @@ IdentificationProgress GainsIdentification::progress() const {
   }
   if (!remark_.empty()) progress.remarks.push_back(remark_);
   for (std::string& remark : gate_.remarks()) progress.remarks.push_back(std::move(remark));
-  return progress;
 }
 
-hal::Result<rt::IdentifiedModel> GainsIdentification::finish() const {
-  const char* where = "gains identification";
+std::optional<hal::Error> GainsIdentification::conclude(const IdentificationProgress& /*now*/,
+                                                        rt::IdentifiedModel& model) const {
   if (phase_ == Phase::kRefused) {
-    return hal::Error{"the search was given up", where, refusal_, "", "see to it, then start again"};
+    return refusal("the search was given up", refusal_, "", "see to it, then start again");
   }
   if (ultimate_ == 0.0) {
-    return hal::Error{
-        "the ultimate gain was not reached", where,
+    return refusal(
+        "the ultimate gain was not reached",
         highest_holding_ > 0.0 ? "Kp up to " + fixed_text(highest_holding_, 2) + " holds" : "no press judged",
-        "presses of " + fixed_text(kWatchS, 1) + " s at rising gain", next_request().words};
+        "presses of " + fixed_text(kWatchS, 1) + " s at rising gain", next_request().words);
   }
   rt::GainsModel gains;
   gains.proportional_gain = gain_;
   gains.derivative_ms = derivative_ms_;
   gains.ultimate_gain = ultimate_;
   gains.ultimate_period_ms = 1e3 * period_s_;
-  const IdentificationProgress now = progress();
-  rt::IdentifiedModel model;
   model.content = gains;
   model.procedure = std::to_string(trials_.size()) + " presses at rising gain, target " +
                     fixed_text(task_.target_stiffness_n_per_mm, 2) +
                     " N/mm: Kp = " + fixed_text(kUltimateShare, 1) +
                     " K_c, Kd = Kp T_c/8 within the stable region (Ziegler and Nichols, D§3.3.2)" +
                     (limit_first_ ? "; the controller's own limit came first" : "");
-  model.parameters = now.parameters;
-  model.converged = now.converged;
   model.validity.max_force_n = kPressN;
-  if (auto error = rt::check(model)) return *error;
-  return model;
+  return std::nullopt;
 }
 
 }  // namespace hapticd::identification

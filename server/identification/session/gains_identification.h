@@ -2,13 +2,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hal/rig.h"
 #include "server/identification/estimate/ultimate_oscillation.h"
 #include "server/identification/gate/sample_gate.h"
-#include "server/identification/session/identification.h"
+#include "server/identification/session/identification_session.h"
 #include "server/identification/session/tasks.h"
 
 namespace hapticd::identification {
@@ -28,14 +29,12 @@ namespace hapticd::identification {
 /// A force far beyond the hand's own means a target which this object does not admit: the search ends there.
 /// A press under which the device is silent (it did not render yet, or a late tick ended the contact) is
 /// asked for again, kMaxLostPresses - 1 times.
-class GainsIdentification final : public Identification {
+class GainsIdentification final : public IdentificationSession {
  public:
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);
 
   void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
-  IdentificationProgress progress() const override;
-  hal::Result<rt::IdentifiedModel> finish() const override;
 
   static constexpr double kFirstGain = 0.3;
   static constexpr double kStep = 1.15;
@@ -58,6 +57,10 @@ class GainsIdentification final : public Identification {
     double period_s = 0.0;
     double amplitude_mm = 0.0;
   };
+
+  void find(IdentificationProgress& progress) const override;
+  std::optional<hal::Error> conclude(const IdentificationProgress& now,
+                                     rt::IdentifiedModel& model) const override;
 
   void end_trial(bool oscillates);
   void close_range(double end, double period_s);
@@ -99,7 +102,6 @@ class GainsIdentification final : public Identification {
   static constexpr std::size_t kMaxTrials = 40;
   std::uint64_t used_ = 0;
   double first_s_ = 0.0, last_s_ = 0.0;
-  mutable double completion_ = 0.0;
 };
 
 }  // namespace hapticd::identification

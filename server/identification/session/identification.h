@@ -57,25 +57,25 @@ struct Coverage {
     double to = 1.0;
     int bins = 1;
   };
-  Axis x, y;
+  Axis x, y;                           ///< y has no bins if x is all there is
   std::vector<std::uint32_t> counts;   ///< samples per cell, row by row, x fastest
   std::vector<std::uint8_t> required;  ///< 1 where the identification waits for samples
   double share = 0.0;                  ///< of the required cells that have enough
   std::uint32_t enough_samples = 1;    ///< of a cell
 
-  bool has_enough(std::size_t cell) const noexcept {
-    return required[cell] == 0 || counts[cell] >= enough_samples;
+  Coverage() = default;
+  Coverage(Axis x_axis, Axis y_axis);
+
+  std::size_t cell(int column, int row) const noexcept {
+    return static_cast<std::size_t>(row * x.bins + column);
+  }
+  /// Cell of a place; what lies beyond an end counts in the last bin there, NaN in the first.
+  std::size_t cell_at(double at_x, double at_y = 0.0) const noexcept;
+  bool has_enough(std::size_t cell_number) const noexcept {
+    return required[cell_number] == 0 || counts[cell_number] >= enough_samples;
   }
   /// Sets the share; `without` if nothing is required.
-  void update_share(double without = 1.0) noexcept {
-    std::size_t all = 0, met = 0;
-    for (std::size_t cell = 0; cell < required.size(); ++cell) {
-      if (required[cell] == 0) continue;
-      ++all;
-      met += has_enough(cell) ? 1U : 0U;
-    }
-    share = all > 0 ? static_cast<double>(met) / static_cast<double>(all) : without;
-  }
+  void update_share(double without = 1.0) noexcept;
 };
 
 /// Point to look at: what was measured and what the model makes of it.

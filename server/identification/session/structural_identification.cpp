@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "rt/signal/vector.h"
@@ -27,7 +26,8 @@ std::size_t ticks_in(double duration_s, double rate_hz) noexcept {
 
 StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask& task,
                                                    const hal::RigInfo& rig)
-    : task_(task),
+    : IdentificationSession(structural_kind()),
+      task_(task),
       rig_(rig),
       // As hard as a hand does without haste, and well within what the device gives.
       press_force_n_(std::min(task.rigid_contact ? kRigidDeviceN : 8.0,
@@ -146,19 +146,15 @@ std::vector<rt::EstimatedParameter> StructuralIdentification::parameters_of(cons
   return parameters;
 }
 
-IdentificationProgress StructuralIdentification::progress() const {
-  IdentificationProgress progress;
+void StructuralIdentification::find(IdentificationProgress& progress) const {
   progress.samples = rows_used_;
   progress.duration_s = gate_.watched_s();
-  progress.residual = std::numeric_limits<double>::quiet_NaN();
   const StructuralFit now = fit(task_.constant ? 0 : 2);
   const std::size_t done = pressed_enough();
   const std::size_t wanted = wanted_presses();
   const bool rigid = task_.rigid_contact;
 
-  if (!task_.rigid_contact) progress.coverage = coverage();  // it is where it is: no places to visit
-  progress.fit_x = "device force [N]";
-  progress.fit_y = "deflection [mm]";
+  if (!task_.rigid_contact) progress.coverage = places();  // it is where it is: no places to visit
   if (now.good) {
     progress.parameters = parameters_of(now);
     progress.residual = now.residual;
@@ -178,42 +174,38 @@ IdentificationProgress StructuralIdentification::progress() const {
     progress.certain = now.centre_error < (rigid ? kEnoughRigidError : kEnoughComplianceError) &&
                        (task_.constant || (now.order == 2 && now.worst_error < kEnoughFieldError));
   }
-  const bool covered = done == wanted;
-  progress.converged = covered && progress.certain && progress.steady;
-  const double share = static_cast<double>(done) / static_cast<double>(wanted);
-  completion_ = std::max(completion_, progress.converged ? 1.0 : 0.95 * share);
-  progress.completion = completion_;
-  if (!progress.converged) progress.missing = missing(now, progress.certain, progress.steady);
+  progress.converged = done == wanted;
+  progress.completion = 0.95 * static_cast<double>(done) / static_cast<double>(wanted);
+  progress.missing = missing(now, progress.certain, progress.steady);
   progress.remarks = remarks(now);
-
-  return progress;
 }
 
 hal::Result<rt::IdentifiedModel> StructuralIdentification::finish() const {
-  const char* where = "structural stiffness identification";
+  if (!pressing_) return IdentificationSession::finish();
+  StructuralIdentification closed(*this);  // the data end in a press: it counts as far as possible
+  closed.close_press();
+  return closed.finish();
+}
+
+std::optional<hal::Error> StructuralIdentification::conclude(const IdentificationProgress& /*now*/,
+                                                             rt::IdentifiedModel& model) const {
   const bool rigid = task_.rigid_contact;
   if (gate_.judged() == 0) {
-    return hal::Error{"no data", where, "0 samples", "",
-                      rigid ? "press a rigid object" : "press virtual walls"};
-  }
-  if (pressing_) {  // the data end in a press: it counts as far as possible
-    StructuralIdentification closed(*this);
-    closed.close_press();
-    return closed.finish();
+    return refusal("no data", "0 samples", "", rigid ? "press a rigid object" : "press virtual walls");
   }
   if (outside_missing_ == gate_.judged()) {
-    return hal::Error{"no external instrument measures the tip's position", where, "",
-                      "an external displacement reading next to the encoders (4.26)",
-                      "the encoders cannot see the device bend: mount one, e.g. an LVDT of 30 µm"};
+    return refusal("no external instrument measures the tip's position", "",
+                   "an external displacement reading next to the encoders (4.26)",
+                   "the encoders cannot see the device bend: mount one, e.g. an LVDT of 30 µm");
   }
   const StructuralFit now = fit(task_.constant ? 0 : 2);
   if (!now.good && 2 * outside_missing_ > gate_.judged()) {
-    return hal::Error{
-        "the instrument from outside gave no reading most of the time", where,
+    return refusal(
+        "the instrument from outside gave no reading most of the time",
         std::to_string(outside_missing_) + " of " + std::to_string(gate_.judged()) + " samples",
         "a reading in most samples",
         "see in 'hapticctl status' whether its input is at the end of its range: it has to see the tip at "
-        "all the places that are pressed"};
+        "all the places that are pressed");
   }
   if (!now.good) {
     const std::string seen = std::to_string(presses_.size()) +
@@ -221,32 +213,30 @@ hal::Result<rt::IdentifiedModel> StructuralIdentification::finish() const {
                              fixed_text(greatest_force_n_, 3) + " N";
     const std::string check = rigid ? "check the signs and units of force and position"
                                     : "check the signs and units of force and external position";
-    return hal::Error{
-        "no press determines the stiffness", where, seen,
-        rigid ? "presses of the device, changing by up to 80 N/s, under which the encoders follow "
-                "the force by more than 1 mm/s"
-              : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "
-                "N/s, with a deflection that grows against the force",
-        presses_.empty() ? next_request().words + "; with a recording, " + check : check};
+    return refusal("no press determines the stiffness", seen,
+                   rigid ? "presses of the device, changing by up to 80 N/s, under which the encoders follow "
+                           "the force by more than 1 mm/s"
+                         : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "
+                           "N/s, with a deflection that grows against the force",
+                   presses_.empty() ? next_request().words + "; with a recording, " + check : check);
   }
   if (now.residual > 0.9) {
-    return hal::Error{"the deflection does not follow the force", where,
-                      "residual " + fixed_text(100.0 * now.residual, 0) + " % of what was measured",
-                      "below 90 %",
-                      rigid ? "check that the tip stays on the object, and the signs and units of force and "
-                              "position"
-                            : "check that the instrument watches the tip and has the encoders' frame and "
-                              "units"};
+    return refusal("the deflection does not follow the force",
+                   "residual " + fixed_text(100.0 * now.residual, 0) + " % of what was measured",
+                   "below 90 %",
+                   rigid ? "check that the tip stays on the object, and the signs and units of force and "
+                           "position"
+                         : "check that the instrument watches the tip and has the encoders' frame and "
+                           "units");
   }
   if (rigid && !std::isfinite(bounds_of(now.model).upper_n_per_mm)) {
-    return hal::Error{"the object may give way as much as the device", where,
-                      "found " + fixed_text(now.model.stiffness_n_per_mm, 2) + " N/mm, with an object of " +
-                          fixed_text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm or more",
-                      "an object much stiffer than the device",
-                      "press on a block of wood or steel, and say how stiff it is at least "
-                      "(least_object_stiffness_n_per_mm)"};
+    return refusal("the object may give way as much as the device",
+                   "found " + fixed_text(now.model.stiffness_n_per_mm, 2) + " N/mm, with an object of " +
+                       fixed_text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm or more",
+                   "an object much stiffer than the device",
+                   "press on a block of wood or steel, and say how stiff it is at least "
+                   "(least_object_stiffness_n_per_mm)");
   }
-  rt::IdentifiedModel model;
   model.content = now.model;
   if (rigid) {
     model.procedure = std::to_string(presses_seen_) +
@@ -260,14 +250,10 @@ hal::Result<rt::IdentifiedModel> StructuralIdentification::finish() const {
                                         : "constant") +
                       " by least squares against an external position (4.26)";
   }
-  model.parameters = parameters_of(now);
   for (const Press& press : presses_) {
     model.validity.max_force_n = std::max(model.validity.max_force_n, press.force_n);
   }
-  model.residual = now.residual;
-  model.converged = progress().converged;
-  if (auto error = rt::check(model)) return *error;
-  return model;
+  return std::nullopt;
 }
 
 }  // namespace hapticd::identification

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hal/rig.h"
 #include "server/identification/estimate/structural/structural_fit.h"
 #include "server/identification/gate/sample_gate.h"
-#include "server/identification/session/identification.h"
+#include "server/identification/session/identification_session.h"
 #include "server/identification/session/tasks.h"
 
 namespace hapticd::identification {
@@ -37,13 +38,12 @@ namespace hapticd::identification {
 /// A press asks more of the motors than they bear for ever (DeviceInfo::max_continuous_force_n). On hardware
 /// their heat is reckoned from the force and the pose, presses are weaker than a simulated device admits, and
 /// a rest is requested before a device would warn.
-class StructuralIdentification final : public Identification {
+class StructuralIdentification final : public IdentificationSession {
  public:
   StructuralIdentification(const StructuralStiffnessTask& task, const hal::RigInfo& rig);
 
   void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
-  IdentificationProgress progress() const override;
   hal::Result<rt::IdentifiedModel> finish() const override;
 
   static constexpr double kAsideMm = 80.0;         ///< presses are requested so far from the home, along x
@@ -91,6 +91,9 @@ class StructuralIdentification final : public Identification {
     double upper_n_per_mm = HUGE_VAL;  ///< infinite if the assumed object is as soft as what was found
     double relative_error = 0.0;       ///< of the lower bound, as a standard error
   };
+  void find(IdentificationProgress& progress) const override;
+  std::optional<hal::Error> conclude(const IdentificationProgress& now,
+                                     rt::IdentifiedModel& model) const override;
   // structural_presses.cpp
   void warm_up(const rt::Observation& observation) noexcept;
   bool must_cool() const noexcept { return cooling_; }
@@ -99,7 +102,7 @@ class StructuralIdentification final : public Identification {
   void close_press();
   StructuralFit fit(int highest_order) const;
   // structural_requests.cpp
-  std::vector<Coverage> coverage() const;
+  std::vector<Coverage> places() const;
   MotionRequest press_at(std::size_t target, const char* why) const;
   MotionRequest press_rigid() const;
   bool visited(std::size_t target) const noexcept;
@@ -142,7 +145,6 @@ class StructuralIdentification final : public Identification {
 
   std::uint64_t rows_used_ = 0;
   std::uint64_t outside_missing_ = 0, jumps_ = 0;
-  mutable double completion_ = 0.0;
 };
 
 }  // namespace hapticd::identification

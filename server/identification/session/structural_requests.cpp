@@ -28,28 +28,18 @@ bool StructuralIdentification::visited(std::size_t target) const noexcept {
   });
 }
 
-std::vector<Coverage> StructuralIdentification::coverage() const {
-  Coverage sideways{{"x", "mm", -kAsideMm * 1.5, kAsideMm * 1.5, 3},
-                    {"y", "mm", -kAcrossMm * 1.5, kAcrossMm * 1.5, 3},
-                    std::vector<std::uint32_t>(9),
-                    std::vector<std::uint8_t>(9),
-                    0.0};
-  Coverage upward{{"z", "mm", kMiddleMm - 1.5 * kUpDownMm, kMiddleMm + 1.5 * kUpDownMm, 3},
-                  {"force", "N", 0.0, press_force_n_, 2},
-                  std::vector<std::uint32_t>(6),
-                  std::vector<std::uint8_t>(6),
-                  0.0};
-  const auto bin = [](const Coverage::Axis& axis, double value) {
-    const double share = (value - axis.from) / (axis.to - axis.from);
-    return static_cast<std::size_t>(std::clamp(std::floor(share * axis.bins), 0.0, axis.bins - 1.0));
-  };
+std::vector<Coverage> StructuralIdentification::places() const {
+  Coverage sideways({"x", "mm", -kAsideMm * 1.5, kAsideMm * 1.5, 3},
+                    {"y", "mm", -kAcrossMm * 1.5, kAcrossMm * 1.5, 3});
+  Coverage upward({"z", "mm", kMiddleMm - 1.5 * kUpDownMm, kMiddleMm + 1.5 * kUpDownMm, 3},
+                  {"force", "N", 0.0, press_force_n_, 2});
   for (const hal::Vector3& target : targets_mm_) {
-    sideways.required[bin(sideways.y, target.y) * 3 + bin(sideways.x, target.x)] = 1;
-    upward.required[3 + bin(upward.x, target.z)] = 1;
+    sideways.required[sideways.cell_at(target.x, target.y)] = 1;
+    upward.required[upward.cell_at(target.z, press_force_n_)] = 1;
   }
   for (const Press& press : presses_) {
-    ++sideways.counts[bin(sideways.y, press.place_mm.y) * 3 + bin(sideways.x, press.place_mm.x)];
-    ++upward.counts[bin(upward.y, press.force_n) * 3 + bin(upward.x, press.place_mm.z)];
+    ++sideways.counts[sideways.cell_at(press.place_mm.x, press.place_mm.y)];
+    ++upward.counts[upward.cell_at(press.place_mm.z, press.force_n)];
   }
   sideways.update_share();
   upward.update_share();

@@ -20,7 +20,6 @@ namespace hapticd::identification {
 enum class ContactFitMethod : std::uint8_t {
   kRecursiveThenBatch,  ///< recursive while it runs, refined by batch in finish()
   kRecursive,           ///< gated single-stage log-linear recursive least squares (D§4.5.1)
-  kDoubleStage,         ///< alternating between m and (K, B), recursive (Diolaiti et al. 2005)
   kBatch,               ///< variable projection over all samples kept
 };
 

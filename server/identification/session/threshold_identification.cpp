@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -16,9 +15,7 @@ namespace {
 constexpr double kSecondS = 1.0;  // residuals further apart are independent: the filters remember 0.15 s
 constexpr double kMinN = 1e-4;
 constexpr double kMaxN = 100.0;
-constexpr double kVisitS = 0.3;
-constexpr double kTopSpeedMmPerS = 400.0;
-constexpr double kTopTurnDeg = 40.0;
+constexpr double kTopSpeedMmPerS = 400.0;   // of the classes
 constexpr double kEnoughLevelError = 0.25;  // of ε_f, relative
 constexpr double kSmallRecord = 1.15;       // times the one before
 constexpr double kAlone = 4.0;              // times the third greatest second: hardly free motion
@@ -41,8 +38,9 @@ double angle_deg(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
 }  // namespace
 
 ThresholdIdentification::ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig)
-    : task_(task),
-      rig_(rig),
+    : IdentificationSession(threshold_kind(), rig.rate_hz),
+      task_(task),
+      tool_mass_g_(rig.sensor.tool_mass_g),
       gate_(threshold_policy()),
       load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
       residual_(rig.sensor.tool_mass_g, std::max(100.0, rig.rate_hz)) {}
@@ -52,7 +50,7 @@ void ThresholdIdentification::close_second() {
     const double share = std::log(std::max(second_largest_n_, kMinN) / kMinN) / std::log(kMaxN / kMinN);
     const double level = std::clamp(std::floor(share * kLevels), 0.0, kLevels - 1.0);
     const double speed =
-        std::clamp(std::floor(second_top_speed_ / kTopSpeedMmPerS * kSpeeds), 0.0, kSpeeds - 1.0);
+        std::clamp(std::floor(second_top_speed_ / kTopSpeedMmPerS * kClasses), 0.0, kClasses - 1.0);
     ++levels_[static_cast<std::size_t>(speed)][static_cast<std::size_t>(level)];
     ++seconds_;
   }
@@ -105,17 +103,10 @@ void ThresholdIdentification::add(const rt::Observation& observation) {
   top_speed_mm_per_s_ = std::max(top_speed_mm_per_s_, second_top_speed_);
   if (second_s_ >= kSecondS) close_second();
 
-  const auto bin = [](double value, double top, int bins) {
-    return static_cast<std::size_t>(std::clamp(std::floor(value / top * bins), 0.0, bins - 1.0));
-  };
   const hal::Quaternion orientation = rt::unit(sample.tip_orientation);
   if (!first_orientation_) first_orientation_ = orientation;
-  const double turn_deg = angle_deg(*first_orientation_, orientation);
-  const auto visit = [](std::uint32_t& visits) {
-    if (visits < std::numeric_limits<std::uint32_t>::max()) ++visits;
-  };
-  visit(speed_visits_[bin(rt::norm(velocity_mm_per_s_), kTopSpeedMmPerS, kSpeeds)]);
-  visit(turn_visits_[bin(turn_deg, kTopTurnDeg, kTurns)]);
+  visit(0, rt::norm(velocity_mm_per_s_));
+  visit(1, angle_deg(*first_orientation_, orientation));
 }
 
 ThresholdIdentification::Tail ThresholdIdentification::tail_of(
@@ -165,68 +156,18 @@ ThresholdIdentification::Tail ThresholdIdentification::tail() const {
   return worst;
 }
 
-MotionRequest ThresholdIdentification::next_request() const {
-  MotionRequest request;
-  if (gate_.judged() > 0 && progress().converged) return request;
-  // Rest, sway and strikes take turns, each a few seconds.
-  const double per_round_s = std::max(4.0, task_.duration_s / 5.0);
-  const auto round = static_cast<int>(std::floor(observed_s_ / per_round_s));
-  switch (round % 5) {
-    case 0:
-      request.motion = MotionRequest::Motion::kRest;
-      request.hold_s = 2.0;
-      request.words = "hold the tool still, touching nothing";
-      break;
-    case 1:
-    case 3:
-      request.motion = MotionRequest::Motion::kSway;
-      request.tilt_deg = 40.0;
-      request.speed_mm_per_s = round % 5 == 1 ? 120.0 : 200.0;
-      request.hold_s = 3.0;
-      request.words = "turn and wave the tool, touching nothing";
-      break;
-    default:
-      request.motion = MotionRequest::Motion::kStrikeFree;
-      request.speed_mm_per_s = 220.0;
-      request.repetitions = 4;
-      request.words = "strike into the air";
-      break;
-  }
-  return request;
+/// Rest, sway and strikes take turns, each a few seconds.
+std::size_t ThresholdIdentification::turn() const {
+  const double per_turn_s = std::max(4.0, task_.duration_s / 5.0);
+  return static_cast<std::size_t>(std::floor(observed_s_ / per_turn_s));
 }
 
-IdentificationProgress ThresholdIdentification::progress() const {
-  IdentificationProgress progress;
+void ThresholdIdentification::find(IdentificationProgress& progress) const {
   progress.samples = used_;
   progress.duration_s = gate_.watched_s();
-  progress.residual = std::numeric_limits<double>::quiet_NaN();
+  const bool covered = progress.missing.empty();
   const Tail tail = this->tail();
 
-  Coverage speed{{"speed", "mm/s", 0.0, kTopSpeedMmPerS, kSpeeds},
-                 {"", "", 0.0, 1.0, 0},
-                 {speed_visits_.begin(), speed_visits_.end()},
-                 {1, 1, 1, 0}};
-  Coverage turn{{"turned", "°", 0.0, kTopTurnDeg, kTurns},
-                {"", "", 0.0, 1.0, 0},
-                {turn_visits_.begin(), turn_visits_.end()},
-                {0, 1}};
-  constexpr std::array kSpeedWords{"hold the tool still", "move the tool at 100-200 mm/s",
-                                   "strike into the air at more than 200 mm/s", ""};
-  constexpr std::array kTurnWords{"", "wave the tool while it is turned by more than 20°"};
-  const auto judge = [&](Coverage& coverage, const auto& words) {
-    coverage.enough_samples = static_cast<std::uint32_t>(std::ceil(kVisitS * rig_.rate_hz));
-    coverage.update_share();
-    for (std::size_t cell = 0; cell < words.size(); ++cell) {
-      if (!coverage.has_enough(cell)) progress.missing.emplace_back(words[cell]);
-    }
-    progress.coverage.push_back(coverage);
-  };
-  judge(speed, kSpeedWords);
-  judge(turn, kTurnWords);
-  const bool covered = progress.missing.empty();
-
-  progress.fit_x = "greatest residual of a second [N]";
-  progress.fit_y = "share of seconds that exceed it";
   if (seconds_ > 0) {
     progress.parameters.push_back(
         {"largest_residual_n", "N", largest_n_, tail.known ? tail.scale_n : HUGE_VAL});
@@ -266,13 +207,10 @@ IdentificationProgress ThresholdIdentification::progress() const {
   }
   const bool alone = third_n > 0.0 && largest_n_ > kAlone * third_n;
   const bool long_enough = observed_s_ >= task_.duration_s;
-  progress.converged = covered && long_enough && progress.certain && progress.steady && !alone;
-  completion_ = std::max(completion_, progress.converged
-                                          ? 1.0
-                                          : 0.95 * std::min(observed_s_ / std::max(1.0, task_.duration_s),
-                                                            0.5 + 0.25 * (speed.share + turn.share)));
-  completion_ = std::min(completion_, 1.0);
-  progress.completion = completion_;
+  progress.converged = covered && long_enough && !alone;
+  progress.completion =
+      0.95 * std::min(observed_s_ / std::max(1.0, task_.duration_s),
+                      0.5 + 0.25 * (progress.coverage[0].share + progress.coverage[1].share));
   if (!long_enough) {
     progress.missing.push_back("free motion for " + fixed_text(task_.duration_s - observed_s_, 0) +
                                " s more");
@@ -286,44 +224,36 @@ IdentificationProgress ThresholdIdentification::progress() const {
     progress.remarks.push_back("the largest residual, " + fixed_text(1e3 * largest_n_, 0) + " mN after " +
                                fixed_text(largest_at_s_, 1) + " s, is alone: was something touched?");
   }
-  if (progress.converged) progress.missing.clear();
 
   for (std::string& remark : gate_.remarks()) progress.remarks.push_back(std::move(remark));
-  if (!(rig_.sensor.tool_mass_g > 0.0)) {
+  if (!(tool_mass_g_ > 0.0)) {
     progress.remarks.emplace_back("the tool's mass is unknown: its weight and inertia count as residual");
   }
-  return progress;
 }
 
-hal::Result<rt::IdentifiedModel> ThresholdIdentification::finish() const {
-  const char* where = "threshold identification";
+std::optional<hal::Error> ThresholdIdentification::conclude(const IdentificationProgress& /*now*/,
+                                                            rt::IdentifiedModel& model) const {
   const Tail tail = this->tail();
   if (!tail.known) {
-    return hal::Error{"too little free motion", where,
-                      fixed_text(observed_s_, 1) + " s of " + fixed_text(gate_.watched_s(), 1),
-                      "at least 10 s without faults and gaps", "move the tool freely, touching nothing"};
+    return refusal("too little free motion",
+                   fixed_text(observed_s_, 1) + " s of " + fixed_text(gate_.watched_s(), 1),
+                   "at least 10 s without faults and gaps", "move the tool freely, touching nothing");
   }
   if (!(largest_n_ > 0.0)) {
-    return hal::Error{"the residual never moves", where, "0 N", "a sensor's own noise at least",
-                      "check that the sensor delivers force"};
+    return refusal("the residual never moves", "0 N", "a sensor's own noise at least",
+                   "check that the sensor delivers force");
   }
   rt::ThresholdModel threshold;
   threshold.largest_residual_n = largest_n_;
   threshold.threshold_n = std::max({largest_n_, tail.level_n, 1e-4});
   threshold.observed_s = observed_s_;
-  const IdentificationProgress now = progress();
-  rt::IdentifiedModel model;
   model.content = threshold;
   model.procedure =
       "no alarm in " + fixed_text(observed_s_, 0) + " s of free motion; margin " +
       fixed_text(100.0 * (threshold.threshold_n / largest_n_ - 1.0), 0) +
       " % above the largest residual, for one alarm in ten minutes on an exponential tail (D§3.2.2)";
-  model.parameters = now.parameters;
   model.validity.max_speed_mm_per_s = top_speed_mm_per_s_;
-  model.residual = std::isfinite(now.residual) ? now.residual : 0.0;
-  model.converged = now.converged;
-  if (auto error = rt::check(model)) return *error;
-  return model;
+  return std::nullopt;
 }
 
 }  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "rt/contact/free_motion_residual.h"
 #include "rt/signal/tool_load.h"
 #include "server/identification/gate/sample_gate.h"
-#include "server/identification/session/identification.h"
+#include "server/identification/session/identification_session.h"
 #include "server/identification/session/tasks.h"
 
 namespace hapticd::identification {
@@ -24,14 +24,11 @@ namespace hapticd::identification {
 /// is greater. The result holds for motion no more violent than what was seen.
 ///
 /// Uses the tool's mass that the rig states, and needs a sensor that was biased with the tool upright.
-class ThresholdIdentification final : public Identification {
+class ThresholdIdentification final : public IdentificationSession {
  public:
   ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig);
 
   void add(const rt::Observation& observation) override;
-  MotionRequest next_request() const override;
-  IdentificationProgress progress() const override;
-  hal::Result<rt::IdentifiedModel> finish() const override;
 
   /// Time of free motion for one false alarm expected, if all of it is as violent as the worst class: with
   /// use that strikes the air now and then this is hours.
@@ -39,9 +36,8 @@ class ThresholdIdentification final : public Identification {
 
  private:
   static constexpr std::size_t kLevels =
-      480;  ///< of greatest residuals, in equal ratios from 0.1 mN to 100 N
-  static constexpr int kSpeeds = 4, kTurns = 2;
-  static constexpr std::size_t kClasses = kSpeeds;  ///< of seconds, by the greatest speed in them
+      480;                                    ///< of greatest residuals, in equal ratios from 0.1 mN to 100 N
+  static constexpr std::size_t kClasses = 4;  ///< of seconds, by the greatest speed in them
 
   struct Tail {
     double quartile_n = 0.0;
@@ -52,6 +48,10 @@ class ThresholdIdentification final : public Identification {
     std::uint64_t seconds = 0;
     bool known = false;
   };
+  void find(IdentificationProgress& progress) const override;
+  std::optional<hal::Error> conclude(const IdentificationProgress& now,
+                                     rt::IdentifiedModel& model) const override;
+  std::size_t turn() const override;
   /// Tail of `levels`, which hold `seconds` seconds.
   static Tail tail_of(const std::array<std::uint32_t, kLevels>& levels, std::uint64_t seconds);
   /// Tail of the class of motion that asks for most; classes seen for a few seconds only count with the
@@ -60,7 +60,7 @@ class ThresholdIdentification final : public Identification {
   void close_second();
 
   ThresholdTask task_;
-  hal::RigInfo rig_;
+  double tool_mass_g_;
   SampleGate gate_;
   rt::ToolLoad load_;
   rt::FreeMotionResidual3 residual_;
@@ -77,12 +77,9 @@ class ThresholdIdentification final : public Identification {
   std::array<std::array<std::uint32_t, kLevels>, kClasses> levels_{};
   double second_top_speed_ = 0.0;
   double top_speed_mm_per_s_ = 0.0;
-  std::array<std::uint32_t, kSpeeds> speed_visits_{};  ///< ticks
-  std::array<std::uint32_t, kTurns> turn_visits_{};    ///< ticks by the angle from the first orientation
   std::optional<hal::Quaternion> first_orientation_;
 
   std::uint64_t used_ = 0;
-  mutable double completion_ = 0.0;
 };
 
 }  // namespace hapticd::identification

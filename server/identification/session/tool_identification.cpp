@@ -15,9 +15,7 @@ namespace {
 
 constexpr double kSummedHz = 60.0;  // ten times the filter's cut-off: more repeats itself
 constexpr double kBlockS = 1.0;
-constexpr double kStretchS = 4.0;  // so long the sensor's zero counts as one; several turns of a hand
-constexpr double kCellS = 0.3;     // at a tilt before it counts as seen
-constexpr double kTiltRangeDeg = 75.0;
+constexpr double kStretchS = 4.0;      // so long the sensor's zero counts as one; several turns of a hand
 constexpr double kEnoughMass = 0.004;  // relative standard error
 constexpr double kEnoughCentreMm = 0.2;
 constexpr double kSteadyMass = 0.01;
@@ -28,21 +26,19 @@ constexpr std::size_t kShown = 200;
 double greatest(const hal::Vector3& v) noexcept {
   return std::max({v.x, v.y, v.z});
 }
-int tilt_bin(double deg) noexcept {
-  return static_cast<int>(std::clamp(std::floor((deg + kTiltRangeDeg) / 30.0), 0.0, 4.0));
+std::uint64_t stride_of(const hal::RigInfo& rig) noexcept {
+  return static_cast<std::uint64_t>(std::max(1.0, std::floor(rig.rate_hz / kSummedHz)));
 }
-
-/// Orientations without which mass, bias and mounting cannot be distinguished.
-constexpr std::array<std::pair<int, int>, 5> kRequired{{{2, 2}, {1, 2}, {3, 2}, {2, 1}, {2, 3}}};
 
 }  // namespace
 
 ToolIdentification::ToolIdentification(const ToolTask& /*task*/, const hal::RigInfo& rig)
-    : rig_(rig),
+    : IdentificationSession(tool_kind(), rig.rate_hz / static_cast<double>(stride_of(rig))),
+      stride_(stride_of(rig)),
+      summed_hz_(rig.rate_hz / static_cast<double>(stride_)),
       gate_(tool_policy(rig)),
       filter_(rig.rate_hz, rig.kind != hal::RigKind::kReplay),
-      stride_(static_cast<std::uint64_t>(std::max(1.0, std::floor(rig.rate_hz / kSummedHz)))),
-      samples_per_block_(std::max(10.0, kBlockS * rig.rate_hz / static_cast<double>(stride_))) {
+      samples_per_block_(std::max(10.0, kBlockS * summed_hz_)) {
   blocks_.reserve(kMaxBlocks);
   shown_.reserve(kShown);
 }
@@ -73,9 +69,7 @@ void ToolIdentification::add(const rt::Observation& observation) {
 
   const hal::Vector3& g = excitation->gravity_in_tool;
   constexpr double kDegrees = 180.0 / std::numbers::pi;
-  const int about_x = tilt_bin(kDegrees * std::atan2(-g.y, -g.z));
-  const int about_y = tilt_bin(kDegrees * std::atan2(g.x, -g.z));
-  ++tilts_[static_cast<std::size_t>(about_y * kTiltBins + about_x)];
+  visit(0, kDegrees * std::atan2(-g.y, -g.z), kDegrees * std::atan2(g.x, -g.z));
 
   if (used_ % show_every_ == 0) {
     if (shown_.size() == kShown) {
@@ -88,7 +82,7 @@ void ToolIdentification::add(const rt::Observation& observation) {
 }
 
 ToolMoments ToolIdentification::without_drift(const std::vector<ToolMoments>& blocks) const {
-  const double samples_per_stretch = kStretchS * rig_.rate_hz / static_cast<double>(stride_);
+  const double samples_per_stretch = kStretchS * summed_hz_;
   ToolMoments all, last, stretch;
   for (const ToolMoments& block : blocks) {
     stretch.add(block);
@@ -134,8 +128,7 @@ ToolIdentification::Estimate ToolIdentification::estimate(std::size_t count) con
   }
 
   // Residuals resemble their neighbours: filtered at f_c, only 2 f_c of them a second are independent.
-  const double summed_hz = rig_.rate_hz / static_cast<double>(stride_);
-  const double widen = std::sqrt(std::max(1.0, summed_hz / (2.0 * filter_.cutoff_hz())));
+  const double widen = std::sqrt(std::max(1.0, summed_hz_ / (2.0 * filter_.cutoff_hz())));
   ToolLoadFit& fit = result.fit;
   fit.mass_error_g *= widen;
   for (hal::Vector3* error : {&fit.rotation_error_rad, &fit.force_bias_error_n, &fit.torque_bias_error_n_mm,
@@ -166,55 +159,10 @@ std::vector<rt::EstimatedParameter> ToolIdentification::parameters(const ToolLoa
   return all;
 }
 
-bool ToolIdentification::cell_enough(int x, int y) const noexcept {
-  return tilts_[static_cast<std::size_t>(y * kTiltBins + x)] >= enough_per_cell();
-}
-
-std::uint32_t ToolIdentification::enough_per_cell() const noexcept {
-  const double summed_hz = rig_.rate_hz / static_cast<double>(stride_);
-  return static_cast<std::uint32_t>(std::ceil(kCellS * summed_hz));
-}
-
-MotionRequest ToolIdentification::next_request() const {
-  MotionRequest request;
-  if (gate_.judged() > 0 && progress().converged) return request;
-  request.motion = MotionRequest::Motion::kSway;
-  request.tilt_deg = 45.0;
-  request.speed_mm_per_s = 150.0;
-  request.hold_s = 6.0;
-  request.words = "turn the tool to all sides by 45° and wave it, touching nothing";
-  return request;
-}
-
-IdentificationProgress ToolIdentification::progress() const {
-  IdentificationProgress progress;
+void ToolIdentification::find(IdentificationProgress& progress) const {
   progress.samples = used_;
   progress.duration_s = gate_.watched_s();
-  progress.residual = std::numeric_limits<double>::quiet_NaN();
-  progress.fit_x = "force of the model [N]";
-  progress.fit_y = "force measured, bias off [N]";
-
-  Coverage coverage{{"tilt about x", "°", -kTiltRangeDeg, kTiltRangeDeg, kTiltBins},
-                    {"tilt about y", "°", -kTiltRangeDeg, kTiltRangeDeg, kTiltBins},
-                    {tilts_.begin(), tilts_.end()},
-                    std::vector<std::uint8_t>(tilts_.size()),
-                    0.0};
-  std::vector<std::string> tilts_missing;
-  for (const auto& [x, y] : kRequired) {
-    coverage.required[static_cast<std::size_t>(y * kTiltBins + x)] = 1;
-    if (cell_enough(x, y)) continue;
-    if (x == 2 && y == 2) {
-      tilts_missing.push_back("hold the tool upright");
-    } else {
-      const int deg = 30 * (x + y - 4);
-      tilts_missing.push_back("tilt the tool " + std::string(deg < 0 ? "-" : "") + "30° about " +
-                              (x == 2 ? "y" : "x"));
-    }
-  }
-  coverage.enough_samples = enough_per_cell();
-  coverage.update_share();
-  progress.coverage.push_back(coverage);
-  const bool covered = tilts_missing.empty();
+  const bool covered = progress.missing.empty();
 
   const Estimate now = estimate(blocks_.size());
   const ToolLoadFit& fit = now.fit;
@@ -244,24 +192,18 @@ IdentificationProgress ToolIdentification::progress() const {
       progress.fit.push_back({model, i == 0 ? measured.x : i == 1 ? measured.y : measured.z, model});
     }
   }
-  progress.converged = covered && progress.certain && progress.steady && fit.mass_g > 0.0;
+  progress.converged = covered && fit.mass_g > 0.0;
   const double closeness = std::isfinite(mass_share) ? std::min(1.0, kEnoughMass / mass_share) : 0.0;
-  completion_ = std::max(completion_,
-                         progress.converged ? 1.0 : 0.5 * coverage.share + 0.45 * coverage.share * closeness);
-  progress.completion = completion_;
-  if (progress.converged) {
-    // Nothing is missing.
-  } else {
-    for (const std::string& tilt : tilts_missing) progress.missing.push_back(tilt);
-    if (!progress.certain && fit.good) {
-      progress.missing.push_back("wave the tool longer: mass known to " + fixed_text(100.0 * mass_share, 1) +
-                                 " %, centre to " + fixed_text(centre_error, 2) + " mm");
-    }
-    if (progress.certain && !progress.steady) {
-      progress.missing.push_back("go on a little: mass or centre still moved in the last third");
-    }
-    if (progress.missing.empty()) progress.missing.push_back("turn and wave the tool in free air");
+  const double share = progress.coverage.front().share;
+  progress.completion = 0.5 * share + 0.45 * share * closeness;
+  if (!progress.certain && fit.good) {
+    progress.missing.push_back("wave the tool longer: mass known to " + fixed_text(100.0 * mass_share, 1) +
+                               " %, centre to " + fixed_text(centre_error, 2) + " mm");
   }
+  if (progress.certain && !progress.steady) {
+    progress.missing.push_back("go on a little: mass or centre still moved in the last third");
+  }
+  if (progress.missing.empty()) progress.missing.push_back("turn and wave the tool in free air");
 
   progress.remarks = gate_.remarks();
   if (now.left_out > 0) {
@@ -276,28 +218,25 @@ IdentificationProgress ToolIdentification::progress() const {
     progress.remarks.push_back(
         "the sensor's rotation is not reported by these orientations: taken as unturned");
   }
-  return progress;
 }
 
-hal::Result<rt::IdentifiedModel> ToolIdentification::finish() const {
-  const char* where = "tool identification";
+std::optional<hal::Error> ToolIdentification::conclude(const IdentificationProgress& now,
+                                                       rt::IdentifiedModel& model) const {
   if (used_ < 30) {
-    return hal::Error{"too few samples", where,
-                      std::to_string(used_) + " that could be used of " + std::to_string(gate_.judged()),
-                      "at least 30 filtered samples without faults and gaps, about a second",
-                      "turn and wave the tool in free air"};
+    return refusal("too few samples",
+                   std::to_string(used_) + " that could be used of " + std::to_string(gate_.judged()),
+                   "at least 30 filtered samples without faults and gaps, about a second",
+                   "turn and wave the tool in free air");
   }
-  const Estimate now = estimate(blocks_.size());
-  const ToolLoadFit& fit = now.fit;
+  const ToolLoadFit fit = estimate(blocks_.size()).fit;
   if (!fit.good || !std::isfinite(fit.mass_error_g)) {
-    const IdentificationProgress so_far = progress();
-    return hal::Error{"the motion does not determine the tool's mass", where, "",
-                      "gravity from several directions, or acceleration",
-                      so_far.missing.empty() ? "turn the tool" : so_far.missing.front()};
+    return refusal("the motion does not determine the tool's mass", "",
+                   "gravity from several directions, or acceleration",
+                   now.missing.empty() ? "turn the tool" : now.missing.front());
   }
   if (!(fit.mass_g > 0.0)) {
-    return hal::Error{"the mass comes out negative", where, fixed_text(fit.mass_g, 2) + " g", "more than 0 g",
-                      "the sensor's sign is reversed: it must show the force on the tool"};
+    return refusal("the mass comes out negative", fixed_text(fit.mass_g, 2) + " g", "more than 0 g",
+                   "the sensor's sign is reversed: it must show the force on the tool");
   }
   rt::ToolModel tool;
   tool.mass_g = fit.mass_g;
@@ -307,15 +246,10 @@ hal::Result<rt::IdentifiedModel> ToolIdentification::finish() const {
   tool.sensor_to_tool = fit.sensor_to_tool;
   constexpr double kUsefulArmMm = 5.0;  // three sigma of it are a small part of any tool
   if (greatest(fit.arm_error_mm) < kUsefulArmMm) tool.tip_to_centre_mm = fit.arm_mm;
-  rt::IdentifiedModel model;
   model.content = tool;
   model.procedure =
       fixed_text(gate_.watched_s(), 1) + " s of free motion, least squares over weight and inertia (4.5)";
-  model.parameters = parameters(fit);
-  model.residual = fit.residual;
-  model.converged = progress().converged;
-  if (auto error = rt::check(model)) return *error;
-  return model;
+  return std::nullopt;
 }
 
 }  // namespace hapticd::identification

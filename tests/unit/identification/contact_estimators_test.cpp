@@ -7,11 +7,11 @@
 
 #include "contact_synthetic.h"
 #include "server/identification/estimate/contact/contact_creep_fit.h"
-#include "server/identification/estimate/contact/contact_double_stage.h"
 #include "server/identification/estimate/contact/contact_estimate.h"
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "server/identification/estimate/contact/contact_surface.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
+#include "tests/reference/contact_double_stage.h"
 #include "tests/reference/contact_point.h"
 #include "tests/reference/creep_force.h"
 

@@ -46,8 +46,8 @@ void feed(Identification& identification, const std::vector<rt::Observation>& ob
 
 TEST(ContactIdentification, FindsALawWithItsErrorsByEveryMethod) {
   const auto observations = synthetic_observations(kLaw, kDepthMm);
-  for (const ContactFitMethod method : {ContactFitMethod::kRecursiveThenBatch, ContactFitMethod::kRecursive,
-                                        ContactFitMethod::kDoubleStage, ContactFitMethod::kBatch}) {
+  for (const ContactFitMethod method :
+       {ContactFitMethod::kRecursiveThenBatch, ContactFitMethod::kRecursive, ContactFitMethod::kBatch}) {
     ContactTask task = hunt_crossley_task();
     task.method = method;
     ContactIdentification identification(task, rig());

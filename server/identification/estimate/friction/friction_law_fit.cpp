@@ -10,7 +10,7 @@
 #include "server/identification/estimate/friction/friction_level.h"
 #include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "server/identification/gate/stroke_passages.h"
-#include "server/linear_algebra/linear_algebra.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::identification {
 
@@ -140,8 +140,9 @@ class LawFit {
     const double reach = std::max(kBeyondDoubt * kDeviationPerMedian * *middle, kMinOfLevel * largest_n);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (!sliding_[i] || !(reach > 0.0)) continue;
-      const double u = (rows_[i].friction_n - law_n(rows_[i], rows_[i].heading)) / reach;
-      trust_[i] = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
+      const double off_n = rows_[i].friction_n - law_n(rows_[i], rows_[i].heading);
+      const double u = off_n / reach;
+      trust_[i] = linear_algebra::tukey(off_n, reach);
       slope_[i] = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - 5.0 * u * u) : 0.0;
     }
   }

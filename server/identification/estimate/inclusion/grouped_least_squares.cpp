@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/linear_algebra/linear_algebra.h"
+#include "server/linear_algebra/least_squares.h"
 
 namespace hapticd::identification {
 
@@ -39,36 +39,24 @@ MatrixXd slopes_of(const Residuals& residuals, const VectorXd& p, const VectorXd
   return j;
 }
 
-Descent descend(const Residuals& residuals, VectorXd p, const Limits& limits) {
+Descent descend(const Residuals& residuals, const VectorXd& start, const Limits& limits) {
   Descent d;
-  double damping = 1e-3;
-  d.residuals = residuals(p);
-  d.slopes = slopes_of(residuals, p, d.residuals, limits);
-  for (int i = 0; i < 100 && !d.converged; ++i) {
-    const MatrixXd normal = d.slopes.transpose() * d.slopes;
-    const VectorXd gradient = d.slopes.transpose() * d.residuals;
-    bool better = false;
-    for (int attempt = 0; attempt < 12 && !better; ++attempt) {
-      MatrixXd damped = normal;
-      damped.diagonal() += damping * normal.diagonal() + VectorXd::Constant(p.size(), 1e-12);
-      const VectorXd next =
-          (p - linear_algebra::solve_symmetric(damped, gradient)).cwiseMax(limits.low).cwiseMin(limits.high);
-      const VectorXd left = residuals(next);
-      const double before = d.residuals.squaredNorm();
-      if (left.allFinite() && left.squaredNorm() < before) {
-        d.converged = before - left.squaredNorm() < 1e-8 * before;
-        p = next;
-        d.residuals = left;
-        damping = std::max(1e-9, 0.2 * damping);
-        better = true;
-      } else {
-        damping *= 5.0;
-      }
-    }
-    if (!better) d.converged = true;
-    d.slopes = slopes_of(residuals, p, d.residuals, limits);
-  }
-  d.p = p;
+  const auto minimum = linear_algebra::minimise(
+      start,
+      [&](const VectorXd& p) {
+        d.residuals = residuals(p);
+        d.slopes = slopes_of(residuals, p, d.residuals, limits);
+        linear_algebra::NormalEquations equations(p.size());
+        equations.add(d.slopes, d.residuals);
+        return equations;
+      },
+      [&](const VectorXd& p) { return residuals(p).squaredNorm(); },
+      [&](const VectorXd& p, const VectorXd& step) {
+        return VectorXd((p + step).cwiseMax(limits.low).cwiseMin(limits.high));
+      },
+      {.gain_share = 1e-8});
+  d.p = minimum.state;
+  d.converged = minimum.converged;
   return d;
 }
 

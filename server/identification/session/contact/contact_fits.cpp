@@ -36,13 +36,7 @@ ContactDomain ContactIdentification::State::domain() const {
 
 std::optional<HuntCrossleyEstimate> ContactIdentification::State::recursive(
     const std::vector<PalpationSample>& palpation) const {
-  const bool twofold_wanted = task.method == ContactFitMethod::kDoubleStage;
-  if (!recorded) return twofold_wanted ? twofold.estimate() : single.estimate();
-  if (twofold_wanted) {
-    DoubleStageEstimator estimator(double_options());
-    for (const PalpationSample& s : palpation) estimator.add(s);
-    return estimator.estimate();
-  }
+  if (!recorded) return single.estimate();
   SingleStageEstimator estimator(single_options());
   for (const PalpationSample& s : palpation) estimator.add(s);
   return estimator.estimate();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -53,18 +52,16 @@ void ContactIdentification::State::take(const PalpationSample& s) {
   kept.add(s);
   if (recorded) return;  // where the surface is will be known later
   single.add(s);
-  if (task.method == ContactFitMethod::kDoubleStage) twofold.add(s);
   if (contact_s < next_snapshot_s) return;
   next_snapshot_s += kSnapshotS;
-  const auto now = task.method == ContactFitMethod::kDoubleStage ? twofold.estimate() : single.estimate();
-  if (now) {
+  if (const auto now = single.estimate()) {
     snapshots[snapshots_taken++ % snapshots.size()] =
         snapshot_of(*now, contact_s, deepest_mm, domain().speed_mm_per_s);
   }
 }
 
 ContactIdentification::ContactIdentification(const ContactTask& task, const hal::RigInfo& rig)
-    : state_(std::make_unique<State>(task, rig)) {}
+    : IdentificationSession(contact_kind()), state_(std::make_unique<State>(task, rig)) {}
 ContactIdentification::~ContactIdentification() = default;
 
 void ContactIdentification::add(const rt::Observation& observation) {
@@ -96,21 +93,18 @@ MotionRequest ContactIdentification::next_request() const {
   return next_palpation(s.fit.needs);
 }
 
-IdentificationProgress ContactIdentification::progress() const {
+void ContactIdentification::find(IdentificationProgress& progress) const {
   State& s = *state_;
   s.refresh();
   const State::Fit& fit = s.fit;
-  IdentificationProgress progress;
   progress.samples = s.kept.added();
   progress.duration_s = 1e-9 * static_cast<double>(s.last_ns - s.first_ns);
   s.list_parameters(fit, fit.hunt_crossley, fit.uncertainty, fit.creep, progress.parameters);
   const bool by_hunt_crossley = s.wants_hunt_crossley() && fit.hunt_crossley;
   progress.residual = by_hunt_crossley ? fit.uncertainty.residual
                       : fit.creep      ? fit.creep->residual
-                                       : std::numeric_limits<double>::quiet_NaN();
+                                       : progress.residual;
   progress.coverage.push_back(fit.coverage);
-  progress.fit_x = "displacement [mm]";
-  progress.fit_y = "force [N]";
   if (fit.hunt_crossley) {
     const std::size_t every = fit.palpation.size() / kFitPoints + 1;
     for (std::size_t i = 0; i < fit.palpation.size(); i += every) {
@@ -127,24 +121,21 @@ IdentificationProgress ContactIdentification::progress() const {
   const auto refused = palpation_refusal(s.extent, s.gate, s.task.threshold_n, s.recorded);
   if (refused && progress.duration_s > 2.0)
     progress.remarks.insert(progress.remarks.begin(), refused->what + ": " + refused->remedy);
-  if (!fit.converged) progress.missing = missing_in_words(fit.needs);
+  progress.missing = missing_in_words(fit.needs);
   const double depth =
       s.task.force_n > 0.0 && !s.recorded ? std::min(1.0, s.largest_n / s.task.force_n) : 1.0;
   double done = s.contact_s > 0.0 ? 0.25 * depth + 0.45 * fit.coverage.share : 0.0;
   done += (fit.steady ? 0.13 : 0.0) + (fit.certain && fit.hunt_crossley ? 0.13 : 0.0);
-  s.completion = std::max(s.completion, fit.converged ? 1.0 : std::min(0.99, done));
-  progress.completion = s.completion;
-  return progress;
+  progress.completion = std::min(0.99, done);
 }
 
-hal::Result<rt::IdentifiedModel> ContactIdentification::finish() const {
-  State& s = *state_;
-  if (auto refused = palpation_refusal(s.extent, s.gate, s.task.threshold_n, s.recorded)) return *refused;
-  s.refresh();
+std::optional<hal::Error> ContactIdentification::conclude(const IdentificationProgress& /*now*/,
+                                                          rt::IdentifiedModel& model) const {
+  const State& s = *state_;
+  if (auto refused = palpation_refusal(s.extent, s.gate, s.task.threshold_n, s.recorded)) return refused;
   State::Fit fit = s.fit;
   const auto choice = s.choice(fit);
-  const bool recursive =
-      s.task.method == ContactFitMethod::kRecursive || s.task.method == ContactFitMethod::kDoubleStage;
+  const bool recursive = s.task.method == ContactFitMethod::kRecursive;
 
   rt::ContactModel contact;
   std::optional<HuntCrossleyEstimate> law;
@@ -182,19 +173,19 @@ hal::Result<rt::IdentifiedModel> ContactIdentification::finish() const {
                            (s.task.law && s.wants_creep() && !contact.creep);
   if (missing_law || (!contact.hunt_crossley && !contact.creep)) {
     const std::vector<std::string> missing = missing_in_words(fit.needs);
-    return hal::Error{
-        "the palpation does not determine the model's parameters", "identification of contact dynamics",
+    return refusal(
+        "the palpation does not determine the model's parameters",
         std::to_string(s.kept.added()) + " samples in contact",
         "at least 100, at different depths and speeds",
-        missing.empty() || s.recorded ? "press deeper, at several speeds, and for longer" : missing.front()};
+        missing.empty() || s.recorded ? "press deeper, at several speeds, and for longer" : missing.front());
   }
-  rt::IdentifiedModel model;
   model.content = contact;
   char text[160];
   std::snprintf(text, sizeof text, "%u contacts in %.1f s, up to %.3g N; %s",
                 s.recorded ? s.recording.contacts() : s.tracker.contacts(),
                 1e-9 * static_cast<double>(s.last_ns - s.first_ns), s.largest_n, words_of(s.task.method));
   model.procedure = text;
+  model.parameters.clear();
   s.list_parameters(fit, law, uncertainty, creep, model.parameters);
   if (creep) model.procedure += words_of_unseen(*creep);
   if (choice) {
@@ -211,8 +202,7 @@ hal::Result<rt::IdentifiedModel> ContactIdentification::finish() const {
   model.validity = {deepest_mm, s.fastest_mm_per_s, s.largest_n};
   model.residual = law ? uncertainty.residual : creep->residual;
   model.converged = fit.converged;
-  if (auto bad = rt::check(model)) return *bad;
-  return model;
+  return std::nullopt;
 }
 
 }  // namespace hapticd::identification

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "hal/rig.h"
-#include "server/identification/session/identification.h"
+#include "server/identification/session/identification_session.h"
 #include "server/identification/session/tasks.h"
 
 namespace hapticd::identification {
@@ -23,17 +24,18 @@ namespace hapticd::identification {
 ///
 /// Memory is a few megabytes at most however long it lasts; add() takes about a microsecond. progress() fits
 /// again when there is enough new (some milliseconds, more for the creep law).
-class ContactIdentification final : public Identification {
+class ContactIdentification final : public IdentificationSession {
  public:
   ContactIdentification(const ContactTask& task, const hal::RigInfo& rig);
   ~ContactIdentification() override;
 
   void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
-  IdentificationProgress progress() const override;
-  hal::Result<rt::IdentifiedModel> finish() const override;
 
  private:
+  void find(IdentificationProgress& progress) const override;
+  std::optional<hal::Error> conclude(const IdentificationProgress& now,
+                                     rt::IdentifiedModel& model) const override;
   struct State;
   std::unique_ptr<State> state_;
 };

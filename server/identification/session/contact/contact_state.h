@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "server/identification/estimate/contact/contact_creep_fit.h"
-#include "server/identification/estimate/contact/contact_double_stage.h"
 #include "server/identification/estimate/contact/contact_estimate.h"
 #include "server/identification/estimate/contact/contact_law_choice.h"
 #include "server/identification/estimate/contact/contact_single_stage.h"
@@ -47,7 +46,6 @@ struct ContactIdentification::State {
                 rig_info.rate_hz),
         recording(contact_task.threshold_n, rig_info.rate_hz),
         single(single_options()),
-        twofold(double_options()),
         creep(creep_times_s(1.0 / rig_info.rate_hz), recorded ? 1 : 3),
         kept(kContactSamplesKept) {}
 
@@ -59,16 +57,6 @@ struct ContactIdentification::State {
     options.min_force_n = 5.0 * task.threshold_n;
     if (recorded) options.fewest_samples = 30;
     options.mean_of = std::clamp(static_cast<int>(rig.rate_hz / 250.0), 1, 4);
-    return options;
-  }
-  DoubleStageEstimator::Options double_options() const {
-    DoubleStageEstimator::Options options;
-    options.min_force_n = 5.0 * task.threshold_n;
-    if (recorded) {
-      // A recording is short and over: nothing of it is to be forgotten.
-      options.fewest_samples = 30;
-      options.forgetting = 1.0;
-    }
     return options;
   }
 
@@ -117,7 +105,6 @@ struct ContactIdentification::State {
   PalpationTracker tracker;
   RecordedPalpation recording;
   SingleStageEstimator single;
-  DoubleStageEstimator twofold;
   CreepFit creep;
   ThinnedSeries<PalpationSample> kept;  ///< in contact
 
@@ -131,7 +118,6 @@ struct ContactIdentification::State {
   std::array<ContactSnapshot, 8> snapshots{};
   std::size_t snapshots_taken = 0;
   Fit fit;
-  double completion = 0.0;
   double creep_moved = 1.0;  ///< relative change of Ψ per second of contact between the last two looks
 };
 

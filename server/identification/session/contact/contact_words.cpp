@@ -13,8 +13,6 @@ const char* words_of(ContactFitMethod method) {
   switch (method) {
     case ContactFitMethod::kRecursive:
       return "gated single-stage log-linear recursive least squares";
-    case ContactFitMethod::kDoubleStage:
-      return "double-stage recursive least squares";
     case ContactFitMethod::kBatch:
       return "variable projection";
     case ContactFitMethod::kRecursiveThenBatch:

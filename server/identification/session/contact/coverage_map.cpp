@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "server/identification/session/fixed_text.h"
 
@@ -13,46 +12,34 @@ namespace {
 constexpr int kDepths = 5;
 constexpr int kSpeeds = 5;  // out fast, out, slow, in, in fast
 
-int bin_of(double value, const Coverage::Axis& axis) {
-  const double at = (value - axis.from) / (axis.to - axis.from) * axis.bins;
-  return static_cast<int>(std::clamp(std::floor(at), 0.0, static_cast<double>(axis.bins - 1)));
-}
-
-std::size_t cell_of(int depth, int speed) {
-  return static_cast<std::size_t>(speed * kDepths + depth);
-}
-
 }  // namespace
 
 Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_t stride,
                           const ContactDomain& domain) {
-  Coverage map;
-  map.x = {"displacement", "mm", 0.0, domain.displacement_mm, kDepths};
-  map.y = {"speed", "mm/s", -1.25 * domain.speed_mm_per_s, 1.25 * domain.speed_mm_per_s, kSpeeds};
-  map.counts.assign(kDepths * kSpeeds, 0);
-  map.required.assign(kDepths * kSpeeds, 0);
+  Coverage map({"displacement", "mm", 0.0, domain.displacement_mm, kDepths},
+               {"speed", "mm/s", -1.25 * domain.speed_mm_per_s, 1.25 * domain.speed_mm_per_s, kSpeeds});
   for (const PalpationSample& s : palpation) {
     if (!s.in_contact || !(s.displacement_mm > 0.0)) continue;
-    map.counts[cell_of(bin_of(s.displacement_mm, map.x), bin_of(s.rate_mm_per_s, map.y))] +=
-        static_cast<std::uint32_t>(stride);
+    map.counts[map.cell_at(s.displacement_mm, s.rate_mm_per_s)] += static_cast<std::uint32_t>(stride);
   }
   for (int depth = 1; depth < kDepths; ++depth) {
     if (!domain.speeds_required) {
       // Any speed will do: the most frequent one is taken.
       int most = 2;
       for (int speed = 0; speed < kSpeeds; ++speed) {
-        if (map.counts[cell_of(depth, speed)] > map.counts[cell_of(depth, most)]) most = speed;
+        if (map.counts[map.cell(depth, speed)] > map.counts[map.cell(depth, most)]) most = speed;
       }
-      map.required[cell_of(depth, most)] = 1;
+      map.required[map.cell(depth, most)] = 1;
       continue;
     }
-    map.required[cell_of(depth, 2)] = 1;
+    map.required[map.cell(depth, 2)] = 1;
     if (depth < 4) {
-      map.required[cell_of(depth, 3)] = 1;
+      map.required[map.cell(depth, 3)] = 1;
       // However fast it is let go.
-      map.required[cell_of(depth, map.counts[cell_of(depth, 0)] > map.counts[cell_of(depth, 1)] ? 0 : 1)] = 1;
+      map.required[map.cell(depth, map.counts[map.cell(depth, 0)] > map.counts[map.cell(depth, 1)] ? 0 : 1)] =
+          1;
     }
-    if (depth < 3) map.required[cell_of(depth, 4)] = 1;
+    if (depth < 3) map.required[map.cell(depth, 4)] = 1;
   }
   map.enough_samples = static_cast<std::uint32_t>(domain.enough_samples);
   map.update_share();
@@ -81,7 +68,7 @@ std::vector<MissingCoverage> missing_coverage(const Coverage& map, const Contact
   for (const Row& row : kRows) {
     int first = kDepths, last = -1;
     for (int depth = 0; depth < kDepths; ++depth) {
-      const std::size_t cell = cell_of(depth, row.speed);
+      const std::size_t cell = map.cell(depth, row.speed);
       if (map.has_enough(cell)) continue;
       first = std::min(first, depth);
       last = std::max(last, depth);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
@@ -35,7 +34,8 @@ Estimated radius_of(const InclusionTask& task) {
 }  // namespace
 
 InclusionIdentification::InclusionIdentification(const InclusionTask& task, const hal::RigInfo& rig)
-    : task_(task),
+    : IdentificationSession(inclusion_kind()),
+      task_(task),
       tip_radius_mm_(radius_of(task)),
       replay_(rig.kind == hal::RigKind::kReplay),
       collector_(rig, task.threshold_n) {}
@@ -80,15 +80,11 @@ bool InclusionIdentification::shows_inclusion(const InclusionFit& fit) const {
   return scans() ? !fit.at_bound && fit.left_over_share < kMaxLeftOverShare : fit.residual < 1.0;
 }
 
-IdentificationProgress InclusionIdentification::progress() const {
+void InclusionIdentification::find(IdentificationProgress& progress) const {
   refit(false);
-  IdentificationProgress progress;
   progress.samples = collector_.samples();
   progress.duration_s = collector_.watched_s();
-  progress.residual = std::numeric_limits<double>::quiet_NaN();
-  progress.coverage.push_back(coverage());
-  progress.fit_x = "displacement [mm]";
-  progress.fit_y = "normal force [N]";
+  progress.coverage.push_back(grid());
   bool seen = false;
   if (fit_) {
     progress.parameters = parameters_of(*fit_);
@@ -101,14 +97,12 @@ IdentificationProgress InclusionIdentification::progress() const {
     }
   }
   const bool covered = replay_ || !open_place_mm();
-  progress.converged = progress.certain && progress.steady && covered && !failed_;
-  if (!progress.converged) progress.missing = missing(progress.certain, progress.steady);
+  progress.converged = covered && !failed_;
+  progress.missing = missing(progress.certain, progress.steady);
   progress.remarks = remarks();
   double done = progress.coverage.front().share * (replay_ ? 0.0 : 0.8);
   if (progress.certain) done += replay_ ? 0.9 : 0.1;
-  completion_ = std::max(completion_, progress.converged ? 1.0 : std::min(done, 0.99));
-  progress.completion = completion_;
-  return progress;
+  progress.completion = std::min(done, 0.99);
 }
 
 hal::Result<rt::IdentifiedModel> InclusionIdentification::finish() const {
@@ -117,19 +111,22 @@ hal::Result<rt::IdentifiedModel> InclusionIdentification::finish() const {
   whole.collector_.end();
   if (auto error = whole.too_little()) return *error;
   whole.refit(true);
-  if (whole.failed_) return *whole.failed_;
-  const InclusionFit& found = *whole.fit_;
+  return whole.IdentificationSession::finish();
+}
+
+std::optional<hal::Error> InclusionIdentification::conclude(const IdentificationProgress& /*now*/,
+                                                            rt::IdentifiedModel& model) const {
+  if (failed_) return failed_;
+  const InclusionFit& found = *fit_;
   if (!shows_inclusion(found)) {
-    return hal::Error{
+    return refusal(
         "no inclusion is seen: the object's own response explains the presses as well",
-        "identification of an inclusion",
         formatted("%.0f %% of what that leaves is left over, depth %.0f mm", 100.0 * found.left_over_share,
                   found.depth_mm.value),
         formatted("less than %.0f %%, at a depth of 9 to 59 mm", 100.0 * kMaxLeftOverShare),
         "press with a ball bearing: a rod rubs; deeper, and closer to where the object feels hard; give a "
-        "reference of the object without it"};
+        "reference of the object without it");
   }
-  rt::IdentifiedModel model;
   rt::InclusionModel content;
   content.place_mm = found.inclusion.place_mm;
   content.surface_mm = found.inclusion.surface_mm;
@@ -137,16 +134,9 @@ hal::Result<rt::IdentifiedModel> InclusionIdentification::finish() const {
   content.attenuation = found.inclusion.attenuation;
   content.approach = found.inclusion.approach;
   model.content = content;
-  model.parameters = parameters_of(found);
   model.validity = {found.inclusion.max_displacement_mm, found.max_speed_mm_per_s, found.max_force_n};
-  model.residual = found.residual;
-  model.converged = whole.progress().converged;
-  model.procedure = whole.procedure(found);
-  if (auto error = rt::check(model)) {
-    error->remedy = "check unit and column of force and position, or press again";
-    return *error;
-  }
-  return model;
+  model.procedure = procedure(found);
+  return std::nullopt;
 }
 
 }  // namespace hapticd::identification

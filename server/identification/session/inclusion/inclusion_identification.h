@@ -7,7 +7,7 @@
 
 #include "hal/rig.h"
 #include "server/identification/estimate/inclusion/inclusion_fit.h"
-#include "server/identification/session/identification.h"
+#include "server/identification/session/identification_session.h"
 #include "server/identification/session/inclusion/press_collector.h"
 #include "server/identification/session/tasks.h"
 
@@ -16,13 +16,12 @@ namespace hapticd::identification {
 /// A stiff inclusion in an object (D§5.3): its place and what it adds, from presses spread over the object;
 /// presses straight over it are enough if its depth is known beforehand. The object without it is known by
 /// presses, by its law, or by the presses that are far from the inclusion.
-class InclusionIdentification final : public Identification {
+class InclusionIdentification final : public IdentificationSession {
  public:
   InclusionIdentification(const InclusionTask& task, const hal::RigInfo& rig);
 
   void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
-  IdentificationProgress progress() const override;
   hal::Result<rt::IdentifiedModel> finish() const override;
 
   static constexpr std::size_t kMinPresses = 8;      ///< of a scan
@@ -35,6 +34,9 @@ class InclusionIdentification final : public Identification {
   static constexpr double kMaxLeftOverShare = 0.5;  ///< of what the object's own response leaves
 
  private:
+  void find(IdentificationProgress& progress) const override;
+  std::optional<hal::Error> conclude(const IdentificationProgress& now,
+                                     rt::IdentifiedModel& model) const override;
   bool scans() const noexcept { return task_.known_depth_mm <= 0.0; }
   std::size_t min_presses() const noexcept { return scans() ? kMinPresses : kMinPressesOver; }
   /// Fits again if presses came.
@@ -43,7 +45,7 @@ class InclusionIdentification final : public Identification {
   bool certain(const InclusionFit& fit) const;
   /// True if the data show one at all.
   bool shows_inclusion(const InclusionFit& fit) const;
-  Coverage coverage() const;
+  Coverage grid() const;
   hal::Vector3 centre_mm() const;
   /// Height of the surface at a place by the presses so far, of the rig.
   double surface_height_mm(double x_mm, double y_mm) const;
@@ -67,7 +69,6 @@ class InclusionIdentification final : public Identification {
   mutable std::optional<hal::Error> failed_;
   mutable std::size_t fitted_presses_ = 0;
   mutable double moved_mm_ = 1e9;  ///< of the place, by the last fit
-  mutable double completion_ = 0.0;
 };
 
 }  // namespace hapticd::identification

@@ -37,7 +37,7 @@ hal::Vector3 InclusionIdentification::centre_mm() const {
   return {mean.x, mean.y, 0.0};
 }
 
-Coverage InclusionIdentification::coverage() const {
+Coverage InclusionIdentification::grid() const {
   const hal::Vector3 centre = centre_mm();
   double reach_mm = scans() ? task_.reach_mm : 0.0;
   if (replay_) {
@@ -49,26 +49,20 @@ Coverage InclusionIdentification::coverage() const {
   const double each_side = std::min(std::floor(reach_mm / task_.spacing_mm + 1e-9), (kMaxPlaces - 1.0) / 2.0);
   const int bins = 2 * static_cast<int>(each_side) + 1;
   const double half_mm = (each_side + 0.5) * task_.spacing_mm;
-  Coverage coverage;
-  coverage.x = {"x from the first press", "mm", -half_mm, half_mm, bins};
-  coverage.y = {"y from the first press", "mm", -half_mm, half_mm, bins};
-  if (replay_) coverage.x.quantity = "x from the middle", coverage.y.quantity = "y from the middle";
-  const auto count = static_cast<std::size_t>(bins) * static_cast<std::size_t>(bins);
-  coverage.counts.assign(count, 0);
-  coverage.required.assign(count, 0);
+  const std::string from = replay_ ? " from the middle" : " from the first press";
+  Coverage coverage({"x" + from, "mm", -half_mm, half_mm, bins}, {"y" + from, "mm", -half_mm, half_mm, bins});
   coverage.enough_samples = scans() ? 1 : static_cast<std::uint32_t>(kPressesOver);
   for (const Press& p : collector_.presses()) {
     if (!replay_ && depth_of(p) < kEnoughDepth * task_.displacement_mm) continue;
     const double column = std::floor((p.surface_mm.x - centre.x + half_mm) / task_.spacing_mm);
     const double row = std::floor((p.surface_mm.y - centre.y + half_mm) / task_.spacing_mm);
     if (!(column >= 0.0 && column < bins && row >= 0.0 && row < bins)) continue;
-    ++coverage.counts[static_cast<std::size_t>(row) * static_cast<std::size_t>(bins) +
-                      static_cast<std::size_t>(column)];
+    ++coverage.counts[coverage.cell(static_cast<int>(column), static_cast<int>(row))];
   }
   for (int j = 0; j < bins && !replay_; ++j) {
     for (int i = 0; i < bins; ++i) {
       const double from_centre_mm = task_.spacing_mm * std::hypot(i - each_side, j - each_side);
-      if (from_centre_mm <= reach_mm + 1e-9) coverage.required[static_cast<std::size_t>(j * bins + i)] = 1;
+      if (from_centre_mm <= reach_mm + 1e-9) coverage.required[coverage.cell(i, j)] = 1;
     }
   }
   coverage.update_share();
@@ -77,7 +71,7 @@ Coverage InclusionIdentification::coverage() const {
 
 std::optional<hal::Vector3> InclusionIdentification::open_place_mm() const {
   if (replay_) return std::nullopt;
-  const Coverage map = coverage();
+  const Coverage map = grid();
   std::optional<hal::Vector3> nearest;
   for (std::size_t cell = 0; cell < map.counts.size(); ++cell) {
     if (map.has_enough(cell)) continue;

@@ -9,7 +9,6 @@ namespace hapticd::identification {
 
 namespace {
 
-constexpr const char* kOfInclusion = "identification of an inclusion";
 constexpr double kNearMm = 8.0;       // a press that is straight over it
 constexpr double kFarShare = 0.6;     // of its depth: a press that is off to the side
 constexpr double kMinSpreadMm = 4.0;  // rms, of the presses of a scan
@@ -24,14 +23,13 @@ std::optional<hal::Error> InclusionIdentification::too_little() const {
   const std::vector<Press>& presses = collector_.presses();
   if (presses.size() < min_presses()) {
     if (!collector_.seen_free() && collector_.watched_s() > 0.0) {
-      return hal::Error{
-          "the force never fell to zero, so that no press begins", kOfInclusion, "",
-          "below " + fixed_text(0.5 * task_.threshold_n, 3) + " N between the presses",
-          "bias the sensor with the tool free, check the columns of the force, and record again"};
+      return refusal("the force never fell to zero, so that no press begins", "",
+                     "below " + fixed_text(0.5 * task_.threshold_n, 3) + " N between the presses",
+                     "bias the sensor with the tool free, check the columns of the force, and record again");
     }
-    return hal::Error{"too few presses", kOfInclusion, std::to_string(presses.size()),
-                      "at least " + std::to_string(min_presses()) + ", 2 mm deep and with 0.1 N or more",
-                      "press more often, and let go in between"};
+    return refusal("too few presses", std::to_string(presses.size()),
+                   "at least " + std::to_string(min_presses()) + ", 2 mm deep and with 0.1 N or more",
+                   "press more often, and let go in between");
   }
   hal::Vector3 mean;
   for (const Press& p : presses) mean = mean + p.surface_mm * (1.0 / static_cast<double>(presses.size()));
@@ -40,17 +38,17 @@ std::optional<hal::Error> InclusionIdentification::too_little() const {
   const double spread_mm = std::sqrt(squared / static_cast<double>(presses.size()));
   if (!scans()) {
     if (spread_mm < kMinSpreadMm) return std::nullopt;
-    return hal::Error{"the depth is stated, but the presses are not straight over one place", kOfInclusion,
-                      "spread over " + fixed_text(spread_mm, 1) + " mm (rms)",
-                      "less than " + fixed_text(kMinSpreadMm, 0) + " mm",
-                      "press over the inclusion only, or leave the depth to the scan"};
+    return refusal("the depth is stated, but the presses are not straight over one place",
+                   "spread over " + fixed_text(spread_mm, 1) + " mm (rms)",
+                   "less than " + fixed_text(kMinSpreadMm, 0) + " mm",
+                   "press over the inclusion only, or leave the depth to the scan");
   }
   if (spread_mm >= kMinSpreadMm) return std::nullopt;
-  return hal::Error{"all presses are at one place, which does not show where the inclusion is", kOfInclusion,
-                    "spread over " + fixed_text(spread_mm, 1) + " mm (rms)",
-                    "at least " + fixed_text(kMinSpreadMm, 0) + " mm",
-                    "spread them over the surface, or state the depth where it is known (known_depth_mm, "
-                    "hapticctl: --known-depth)"};
+  return refusal("all presses are at one place, which does not show where the inclusion is",
+                 "spread over " + fixed_text(spread_mm, 1) + " mm (rms)",
+                 "at least " + fixed_text(kMinSpreadMm, 0) + " mm",
+                 "spread them over the surface, or state the depth where it is known (known_depth_mm, "
+                 "hapticctl: --known-depth)");
 }
 
 /// Lists what no press has shown, with the place as it is known now.

@@ -11,13 +11,13 @@
 #include "rt/signal/tool_load.h"
 #include "rt/signal/vector.h"
 #include "server/identification/estimate/contact/contact_creep_fit.h"
-#include "server/identification/estimate/contact/contact_double_stage.h"
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/estimate/friction/friction_law_fit.h"
 #include "server/identification/estimate/tool_load_fit.h"
 #include "tests/measure/study/extremes/extreme.h"
 #include "tests/measure/study/extremes/palpated.h"
+#include "tests/reference/contact_double_stage.h"
 
 namespace hapticd::study::extremes {
 

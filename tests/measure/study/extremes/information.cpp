@@ -12,11 +12,11 @@
 #include "rt/deformation/fused_displacement.h"
 #include "rt/deformation/tracked_direction.h"
 #include "rt/signal/vector.h"
-#include "server/identification/estimate/contact/contact_double_stage.h"
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "tests/measure/study/extremes/extreme.h"
 #include "tests/measure/study/extremes/palpated.h"
 #include "tests/measure/study/extremes/textbook_rls.h"
+#include "tests/reference/contact_double_stage.h"
 
 namespace hapticd::study::extremes {
 

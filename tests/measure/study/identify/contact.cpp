@@ -74,11 +74,9 @@ std::vector<SessionMethod> session_methods() {
     t.law = law;
     return t;
   };
-  return {
-      {"recursive", kHuntCrossley, task(ContactFitMethod::kRecursive, ContactLawKind::kHuntCrossley)},
-      {"double_stage", kHuntCrossley, task(ContactFitMethod::kDoubleStage, ContactLawKind::kHuntCrossley)},
-      {"batch", kHuntCrossley, task(ContactFitMethod::kBatch, ContactLawKind::kHuntCrossley)},
-      {"batch", kCreep, task(ContactFitMethod::kRecursiveThenBatch, ContactLawKind::kCreep)}};
+  return {{"recursive", kHuntCrossley, task(ContactFitMethod::kRecursive, ContactLawKind::kHuntCrossley)},
+          {"batch", kHuntCrossley, task(ContactFitMethod::kBatch, ContactLawKind::kHuntCrossley)},
+          {"batch", kCreep, task(ContactFitMethod::kRecursiveThenBatch, ContactLawKind::kCreep)}};
 }
 
 std::string first_of(const std::vector<std::string>& lines) {

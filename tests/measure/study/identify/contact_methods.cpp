@@ -1,7 +1,6 @@
 #include "tests/measure/study/identify/contact_methods.h"
 
 #include "server/identification/estimate/contact/contact_creep_fit.h"
-#include "server/identification/estimate/contact/contact_double_stage.h"
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/gate/palpation_tracker.h"
@@ -9,6 +8,7 @@
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/simulated_session.h"
+#include "tests/reference/contact_double_stage.h"
 
 namespace hapticd::study {
 

@@ -29,8 +29,8 @@ struct ContactMethod {
   std::function<FittedLaw(const std::vector<identification::PalpationSample>&)> fit;
 };
 
-/// What the service has: recursive, double_stage and batch for the Hunt-Crossley law, batch for the creep
-/// law.
+/// What the service has, recursive and batch for the Hunt-Crossley law and batch for the creep law; and the
+/// candidate double_stage.
 const std::vector<ContactMethod>& contact_methods();
 /// Nonlinear least squares by Ceres, a block a sample.
 const ContactMethod& contact_reference();

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "server/identification/estimate/contact/contact_single_stage.h"
+#include "tests/measure/report/run_time.h"
+#include "tests/measure/report/work_precision.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/identify/contact_methods.h"
 #include "tests/measure/study/precision/log_least_squares.h"
 #include "tests/measure/study/precision/precision_study.h"
-#include "tests/measure/report/run_time.h"
-#include "tests/measure/report/work_precision.h"
 
 namespace hapticd::study {
 
@@ -38,7 +38,7 @@ struct Candidate {
   bool is_default = false;
 };
 
-/// What the service offers, what was published, and the batch reference.
+/// What the service offers, the double stage, what was published, and the batch reference.
 std::vector<Candidate> candidates() {
   const std::vector<ContactMethod>& shipped = contact_methods();
   return {

@@ -33,11 +33,11 @@ v1::StartIdentificationRequest started_by(const std::string& line) {
 
 TEST(IdentifyCommand, ContactTakesItsLawMethodAndLimits) {
   const auto request = started_by(
-      "contact --object sponge --law creep --method double_stage --force 4 --displacement 7.5 --speed 40 "
+      "contact --object sponge --law creep --method batch --force 4 --displacement 7.5 --speed 40 "
       "--time-limit 30 --adopt");
   EXPECT_EQ(request.object(), "sponge");
   EXPECT_EQ(request.contact().law(), v1::CONTACT_LAW_CREEP);
-  EXPECT_EQ(request.contact().method(), v1::CONTACT_METHOD_DOUBLE_STAGE);
+  EXPECT_EQ(request.contact().method(), v1::CONTACT_METHOD_BATCH);
   EXPECT_EQ(request.contact().force_n(), 4.0);
   EXPECT_EQ(request.contact().displacement_mm(), 7.5);
   EXPECT_EQ(request.contact().speed_mm_per_s(), 40.0);
@@ -98,6 +98,7 @@ TEST(IdentifyCommand, ImpossibleOptionsAreReportedBeforeAnyCall) {
   for (const char* line : {"contact",
                            "contact --object sponge --law dahl",
                            "contact --object sponge --method guess",
+                           "contact --object sponge --method double_stage",
                            "contact --object sponge --force 31",
                            "contact --object sponge --speed 0",
                            "contact --object sponge --time-limit 0.5",

@@ -13,7 +13,7 @@ namespace hapticd::identification {
 /// and B of the first, ln(f/(K + Bẋ)) = m ln x, weighted by f². Each uses the other's last result, so old
 /// samples were judged by worse estimates: they are forgotten. Displacements count in units near those where
 /// most force is, or stiffness and exponent would be coupled and the two would never settle. Covariances are
-/// bounded, and all is frozen out of contact.
+/// bounded, and all is frozen out of contact. A candidate: its laws are worse than those of the service.
 class DoubleStageEstimator {
  public:
   struct Options {

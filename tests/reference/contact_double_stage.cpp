@@ -1,4 +1,4 @@
-#include "server/identification/estimate/contact/contact_double_stage.h"
+#include "tests/reference/contact_double_stage.h"
 
 #include <algorithm>
 #include <cmath>
