@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks the include graph of the folders: no cycle, no include against the layers, no crowded folder, no long file;
-and that hapticctl writes to the terminal in one place.
+that hapticctl writes to the terminal in one place; and that nothing in a tick reads a record.
 
     deploy/check_arrows.py [--root FOLDER] [--list]
 
@@ -49,6 +49,24 @@ LONG_FILES = {}
 # What writes to a terminal past client/cli/session/print.h, where texts of others are escaped.
 RAW_OUTPUT = re.compile(r"\bfmt::print\(|\bstd::(?:cout|cerr|clog|puts|fputs|printf|print)\b|\bprintf\(|\bfwrite\(.*\bstd(?:out|err)\b")
 PRINTERS = ("client/cli/session/print.cpp",)
+
+# In a tick a record is only filled: by a const method fill_...(), which can keep nothing of what it would read.
+RECORD_FOLDERS = ("rt/record", "rt/loop")  # the record itself, and the ring that hands it on
+RECORD_FILLER = re.compile(r"\bvoid (?:\w+::)?fill_\w+\([^()]*\bTickRecord& ?(?:record)?\) const noexcept")
+# What else may take a record, each with its reason. It may not read it either.
+RECORD_TAKERS = {
+    "rt/guard/guard.cpp": "Guard::release() fills the guard's group",
+    "rt/guard/guard.h": "Guard::release() fills the guard's group",
+    "rt/scene/fill_contact.h": "a free function, which keeps nothing",
+    "rt/scene/renderer.cpp": "Renderer::tick() hands the record on to those that fill it",
+    "rt/scene/renderer.h": "Renderer::tick() hands the record on to those that fill it",
+}
+RECORD_READ = re.compile(r"\brecord(?:\.\w+)+(?![\w.])(?!\s*\|?=[^=])")
+# What is read nevertheless, each with its reason.
+RECORD_READS = {
+    ("rt/scene/renderer.cpp", "record.guard_limits"): "Guard::release() says it nowhere else; only the watch sees it",
+}
+COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 
@@ -144,6 +162,23 @@ def raw_output(root):
                 yield f"{name}:{number} writes past {PRINTERS[0]}: use print_line(), print_error_line() or print_text()"
 
 
+def record_readers(root):
+    """What in a tick takes a record otherwise than to fill it, or reads one."""
+    for path in sorted((root / "rt").rglob("*.[ch]*")):
+        name = path.relative_to(root).as_posix()
+        if any(within(name, folder) for folder in RECORD_FOLDERS):
+            continue
+        text = COMMENT.sub("", path.read_text(encoding="utf-8"))
+        for statement in re.split(r"[;{}]", text):
+            if "TickRecord" in statement and name not in RECORD_TAKERS and not RECORD_FILLER.search(statement):
+                yield f"{name} takes a record: {' '.join(statement.split())}: fill it in a const method fill_record()"
+        for read in RECORD_READ.findall(text):
+            if (name, read) not in RECORD_READS:
+                yield f"{name} reads {read}: a tick reads no record; take the value from the stage that knows it"
+        if re.search(r"\bmutable\b", text):
+            yield f"{name} has something mutable: a const method that fills a record could keep what it reads"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parent.parent)
@@ -158,6 +193,7 @@ def main():
             own = sum(n for name, n in lines.items() if name.rpartition("/")[0] == folder)
             print(f"{folder}: {count[folder]} files, {own} lines -> {', '.join(sorted(arrows[folder]))}")
     found = list(problems(arrows, count)) + list(long_files(lines)) + list(raw_output(options.root))
+    found += record_readers(options.root)
     for problem in found:
         print(f"check_arrows.py: {problem}", file=sys.stderr)
     if not found:

@@ -4,6 +4,7 @@ namespace hapticd::rt {
 
 void Assistance::exchange(const AssistanceSpec& spec) noexcept {
   fixture_.reset();
+  fixture_force_n_ = {};
   watch_.reset();
   if (spec.fixture) fixture_.emplace(*spec.fixture, spec.press_axis);
   if (spec.watch) watch_.emplace(*spec.watch, spec.press_axis, rate_hz_);
@@ -26,8 +27,7 @@ PresentationSummary Assistance::end_presentation() noexcept {
 }
 
 hal::Vector3 Assistance::update(const hal::RigSample& sample, const Touch& touch, bool is_force_allowed,
-                                double interval_s, TickRecord& record) noexcept {
-  if (is_idle()) return {};
+                                double interval_s) noexcept {
   const bool is_known = hal::finite(sample.tip_position_mm);
   if (is_known) {
     speed_.update(sample.tip_position_mm, interval_s);
@@ -37,24 +37,21 @@ hal::Vector3 Assistance::update(const hal::RigSample& sample, const Touch& touch
   is_touched_ = touch.in_contact && (is_touched_ || touch.is_evident);
   const bool allowed = is_force_allowed && is_known;
   const hal::Vector3& velocity = speed_.velocity_mm_per_s();
-  record.channels |= channel::kAssist;
   guide_force_n_ = guide_.update({sample.tip_position_mm, velocity, interval_s, is_touched_, allowed});
+  if (!fixture_) return guide_force_n_;
+  fixture_force_n_ =
+      fixture_->update({sample.tip_position_mm, velocity, interval_s, is_touched_, touch.is_withdrawn,
+                        touch.displacement_mm, guide_.is_acting(), allowed});
+  return guide_force_n_ + fixture_force_n_;
+}
+
+void Assistance::fill_record(TickRecord& record) const noexcept {
+  record.channels |= channel::kAssist;
   record.guide_force_n = guide_force_n_;
   record.guide_number = guide_.number();
   record.guide_state = guide_.state();
-  if (fixture_) {
-    const hal::Vector3 fixture_n =
-        fixture_->update({sample.tip_position_mm, velocity, interval_s, is_touched_, touch.is_withdrawn,
-                          touch.displacement_mm, guide_.is_acting(), allowed});
-    record.fixture_force_n = fixture_n;
-    return guide_force_n_ + fixture_n;
-  }
-  return guide_force_n_;
-}
-
-void Assistance::observe(TickRecord& record, double interval_s) noexcept {
+  record.fixture_force_n = fixture_force_n_;
   if (!watch_) return;
-  watch_->update(record, is_touched_, speed_.velocity_mm_per_s(), interval_s);
   record.presentation = watch_->is_running() ? watch_->summary().number : 0;
   record.presentation_broken = watch_->summary().broken;
 }

@@ -20,11 +20,6 @@ struct AssistanceSpec {
   std::optional<WatchLimits> watch{};
 };
 
-/// Returns the same as Touch::is_evident, as a client of the telemetry sees it.
-inline bool is_evident_contact(const TickRecord& record) noexcept {
-  return record.in_contact && record.contact_authority >= kEvidentAuthority;
-}
-
 /// What an experiment needs in the tick in addition to rendering: the guide, the scene's fixture, the scene's
 /// watch. What is not used costs a branch.
 class Assistance {
@@ -43,21 +38,27 @@ class Assistance {
   /// Ends a presentation; number 0 if none is under way.
   PresentationSummary end_presentation() noexcept;
 
-  /// Force on the tip, rig frame, and the record's group. `touch`: of the scene's pipeline with this sample.
+  /// True while there is neither fixture nor watch and the device has never led the tool: update(), observe()
+  /// and fill_record() are then not needed.
+  bool is_idle() const noexcept { return guide_.number() == 0 && !fixture_ && !watch_; }
+  /// Force on the tip, rig frame. `touch`: of the scene's pipeline with this sample.
   /// `interval_s` > 0 since the last tick.
   hal::Vector3 update(const hal::RigSample& sample, const Touch& touch, bool is_force_allowed,
-                      double interval_s, TickRecord& record) noexcept;
-  /// Observes the tick, after the guard has filled its part of the record.
-  void observe(TickRecord& record, double interval_s) noexcept;
+                      double interval_s) noexcept;
+  /// Lets the watch observe the tick after update(), once the guard has let a force through.
+  void observe(const WatchedTick& now, double interval_s) noexcept {
+    if (watch_) watch_->update(now, is_touched_, speed_.velocity_mm_per_s(), interval_s);
+  }
+  /// Fills its group of the record.
+  void fill_record(TickRecord& record) const noexcept;
 
  private:
-  bool is_idle() const noexcept { return guide_.number() == 0 && !fixture_ && !watch_; }
-
   double rate_hz_;
   ToolSpeed speed_;
   bool is_touched_ = false;  ///< from an evident contact on, until it ends
   ToolGuide guide_;
   hal::Vector3 guide_force_n_;
+  hal::Vector3 fixture_force_n_;
   std::optional<ToolFixture> fixture_;
   std::optional<PresentationWatch> watch_;
   std::uint32_t presentations_ = 0;

@@ -57,9 +57,8 @@ PresentationSummary PresentationWatch::end() noexcept {
   return summary_;
 }
 
-void PresentationWatch::follow_contact(const TickRecord& record, double interval_s) noexcept {
-  const hal::Vector3& tip_mm = record.tip_position_mm;
-  const hal::Vector3 across_mm = tip_mm - axis_ * dot(tip_mm, axis_);
+void PresentationWatch::follow_contact(const WatchedTick& now, double interval_s) noexcept {
+  const hal::Vector3 across_mm = now.tip_mm - axis_ * dot(now.tip_mm, axis_);
   if (!was_in_contact_) {
     if (free_s_ >= kNewContactS) {
       ++summary_.contacts;
@@ -75,15 +74,15 @@ void PresentationWatch::follow_contact(const TickRecord& record, double interval
   last_contact_mm_ = across_mm;
   summary_.contact_s += interval_s;
   summary_.peak_lateral_mm = std::max(summary_.peak_lateral_mm, norm(across_mm - first_contact_mm_));
-  summary_.peak_force_n = std::max(summary_.peak_force_n, record.reaction_force_n);
-  summary_.peak_displacement_mm = std::max(summary_.peak_displacement_mm, record.displacement_mm);
+  summary_.peak_force_n = std::max(summary_.peak_force_n, now.reaction_n);
+  summary_.peak_displacement_mm = std::max(summary_.peak_displacement_mm, now.displacement_mm);
 }
 
-void PresentationWatch::update(const TickRecord& record, bool is_touched,
-                               const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept {
+void PresentationWatch::update(const WatchedTick& now, bool is_touched, const hal::Vector3& velocity_mm_per_s,
+                               double interval_s) noexcept {
   if (!is_running_) return;
-  if (summary_.begin_tick == 0) summary_.begin_tick = record.tick;
-  summary_.end_tick = record.tick;
+  if (summary_.begin_tick == 0) summary_.begin_tick = now.tick;
+  summary_.end_tick = now.tick;
 
   const double inward_mm_per_s = dot(velocity_mm_per_s, axis_);
   summary_.peak_press_speed_mm_per_s = std::max(summary_.peak_press_speed_mm_per_s, inward_mm_per_s);
@@ -94,7 +93,7 @@ void PresentationWatch::update(const TickRecord& record, bool is_touched,
     approach_age_s_ = 0.0;
   }
   free_s_ += interval_s;
-  if (is_touched) follow_contact(record, interval_s);
+  if (is_touched) follow_contact(now, interval_s);
   was_in_contact_ = is_touched;
 
   const auto beyond = [](double value, double limit) { return limit > 0.0 && value > limit; };
@@ -105,8 +104,8 @@ void PresentationWatch::update(const TickRecord& record, bool is_touched,
     summary_.broken |= watch_bit::kContactSpeed;
   if (limits_.max_contacts > 0 && summary_.contacts > limits_.max_contacts)
     summary_.broken |= watch_bit::kContacts;
-  if (record.guard_state != GuardState::kRendering) summary_.broken |= watch_bit::kGuard;
-  if (record.guard_limits != 0) ++summary_.guard_limited_ticks;
+  if (now.is_held_back) summary_.broken |= watch_bit::kGuard;
+  if (now.is_limited) ++summary_.guard_limited_ticks;
   if (interval_s > 1.5 * period_s_) ++summary_.late_ticks;
   if (interval_s > kLostS) summary_.broken |= watch_bit::kTicksLost;
 }

@@ -6,7 +6,6 @@
 
 #include "hal/error.h"
 #include "hal/samples.h"
-#include "rt/record/tick_record.h"
 
 namespace hapticd::rt {
 
@@ -54,6 +53,16 @@ struct PresentationSummary {
   std::uint32_t broken = 0;               ///< bits of watch_bit; 0 = valid
 };
 
+/// What sample, pipeline and guard say of a tick.
+struct WatchedTick {
+  std::uint64_t tick = 0;
+  hal::Vector3 tip_mm;
+  double reaction_n = 0.0;  ///< of the object
+  double displacement_mm = 0.0;
+  bool is_held_back = false;  ///< the guard takes the force away, or gives it back after a clear
+  bool is_limited = false;    ///< guard or scene bounded the force
+};
+
 /// Watches a presentation tick by tick, so that what makes it valid depends on no network. Bounded work, no
 /// allocation.
 class PresentationWatch {
@@ -61,16 +70,15 @@ class PresentationWatch {
   PresentationWatch(const WatchLimits& limits, const hal::Vector3& press_axis, double rate_hz) noexcept
       : limits_(limits), axis_(press_axis), period_s_(1.0 / rate_hz) {}
 
-  /// Begins `number`: the tick of this record is its first.
+  /// Begins `number`: the next tick is its first.
   void begin(std::uint32_t number) noexcept;
-  /// Ends it: the tick before this record's was its last.
+  /// Ends it: the last tick that was taken was its last.
   PresentationSummary end() noexcept;
   bool is_running() const noexcept { return is_running_; }
   const PresentationSummary& summary() const noexcept { return summary_; }
 
-  /// Takes a tick, after the guard has filled its part of the record. `is_touched`: an object is in contact.
-  /// `interval_s` > 0 since the last tick.
-  void update(const TickRecord& record, bool is_touched, const hal::Vector3& velocity_mm_per_s,
+  /// Takes a tick. `is_touched`: an object is in contact. `interval_s` > 0 since the last tick.
+  void update(const WatchedTick& now, bool is_touched, const hal::Vector3& velocity_mm_per_s,
               double interval_s) noexcept;
 
  private:
@@ -80,7 +88,7 @@ class PresentationWatch {
   /// A contact that is lost for less is the same one.
   static constexpr double kNewContactS = 0.05;
 
-  void follow_contact(const TickRecord& record, double interval_s) noexcept;
+  void follow_contact(const WatchedTick& now, double interval_s) noexcept;
 
   WatchLimits limits_;
   hal::Vector3 axis_;

@@ -10,6 +10,7 @@ struct Touch {
   bool in_contact = false;
   bool is_evident = false;       ///< with at least kEvidentAuthority
   bool is_withdrawn = false;     ///< what was felt is not an object
+  double reaction_n = 0.0;       ///< of the object, along its normal; 0 of a virtual one
   double displacement_mm = 0.0;  ///< of the object; 0 out of contact
 };
 

@@ -16,9 +16,11 @@ class Contribution {
  public:
   virtual ~Contribution() = default;
 
-  /// Advances by one tick, in contact or not, and fills its groups of the record, which is for telemetry
-  /// only. Returns the force on the tip, N, rig frame.
-  virtual hal::Vector3 update(const ContactState& now, TickRecord& record) noexcept = 0;
+  /// Advances by one tick, in contact or not. Returns the force on the tip, N, rig frame.
+  virtual hal::Vector3 update(const ContactState& now) noexcept = 0;
+  /// Fills its groups of the record, after update() with the same state. It is const, so that nothing of a
+  /// record finds its way into a force.
+  virtual void fill_record(const ContactState& /*now*/, TickRecord& /*record*/) const noexcept {}
   /// Forgets what it knows of the contact.
   virtual void reset() noexcept = 0;
 };

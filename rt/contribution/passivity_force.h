@@ -10,16 +10,16 @@ class PassivityForce final : public Contribution {
  public:
   explicit PassivityForce(double rate_hz) noexcept : passivity_(rate_hz) {}
 
-  hal::Vector3 update(const ContactState& now, TickRecord& record) noexcept override {
+  hal::Vector3 update(const ContactState& now) noexcept override {
     if (now.began) passivity_.begin();
     if (!now.is_rendered) return {};
-    const hal::Vector3 force_n = passivity_.update(now.tool.reaction_n, now.device_n, now.tool.step_mm,
-                                                   now.tool.velocity_mm_per_s, now.tool.interval.periods);
-    if (now.in_contact) {
-      record.hand_energy_mj = passivity_.energy_mj();
-      record.passivity_damping_n_s_per_mm = passivity_.damping_n_s_per_mm();
-    }
-    return force_n;
+    return passivity_.update(now.tool.reaction_n, now.device_n, now.tool.step_mm, now.tool.velocity_mm_per_s,
+                             now.tool.interval.periods);
+  }
+  void fill_record(const ContactState& now, TickRecord& record) const noexcept override {
+    if (!now.in_contact) return;
+    record.hand_energy_mj = passivity_.energy_mj();
+    record.passivity_damping_n_s_per_mm = passivity_.damping_n_s_per_mm();
   }
   void reset() noexcept override { passivity_.begin(); }
 

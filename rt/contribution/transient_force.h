@@ -12,15 +12,15 @@ class TransientForce final : public Contribution {
  public:
   explicit TransientForce(ContactTransient transient) noexcept : transient_(std::move(transient)) {}
 
-  hal::Vector3 update(const ContactState& now, TickRecord& record) noexcept override {
-    const hal::Vector3 force_n =
-        transient_.update({now.in_contact, now.in_contact && now.began, now.earned_authority,
-                           now.rate_mm_per_s, now.normal, now.tool.interval});
+  hal::Vector3 update(const ContactState& now) noexcept override {
+    return transient_.update({now.in_contact, now.in_contact && now.began, now.earned_authority,
+                              now.rate_mm_per_s, now.normal, now.tool.interval});
+  }
+  void fill_record(const ContactState& /*now*/, TickRecord& record) const noexcept override {
     record.transient_force_n = transient_.force_n();
     record.transient_impact_mm_per_s = transient_.impact_mm_per_s();
     record.transient_share = transient_.amplitude_share();
     record.transient_count = transient_.count();
-    return force_n;
   }
   void reset() noexcept override { transient_.reset(); }
 

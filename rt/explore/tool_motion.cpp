@@ -22,7 +22,7 @@ void ToolMotion::reset() noexcept {
   has_tip_ = false;
 }
 
-ToolState ToolMotion::update(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
+const ToolState& ToolMotion::update(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
   const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
   const hal::Vector3& encoder_mm = sample.tip_position_mm;
   const TickInterval interval = timer_.update(position_ns);
@@ -42,17 +42,18 @@ ToolState ToolMotion::update(const hal::RigSample& sample, const hal::Vector3& d
     last_tip_mm_ = tip_mm;
     last_encoder_mm_ = encoder_mm;
   }
-  return {interval,
-          encoder_mm,
-          encoder_mm - std::exchange(last_encoder_mm_, encoder_mm),
-          tip_mm,
-          tip_mm - std::exchange(last_tip_mm_, tip_mm),
-          motion_.velocity_mm_per_s(),
-          acceleration,
-          mass_mm,
-          mass_acceleration,
-          load_n,
-          load_n + load_.inertia_n(mass_acceleration)};
+  state_.interval = interval;
+  state_.encoder_mm = encoder_mm;
+  state_.encoder_step_mm = encoder_mm - std::exchange(last_encoder_mm_, encoder_mm);
+  state_.tip_mm = tip_mm;
+  state_.step_mm = tip_mm - std::exchange(last_tip_mm_, tip_mm);
+  state_.velocity_mm_per_s = motion_.velocity_mm_per_s();
+  state_.acceleration_mm_per_s2 = acceleration;
+  state_.mass_mm = mass_mm;
+  state_.mass_acceleration_mm_per_s2 = mass_acceleration;
+  state_.load_n = load_n;
+  state_.reaction_n = load_n + load_.inertia_n(mass_acceleration);
+  return state_;
 }
 
 void ToolMotion::follow_zero(const hal::RigSample& sample, const ContactStage3& contact,

@@ -7,8 +7,8 @@
 #include "rt/contact/zero_tracker.h"
 #include "rt/contribution/contact_state.h"
 #include "rt/model/structural_model.h"
-#include "rt/signal/structural_deflection.h"
 #include "rt/signal/motion_estimator.h"
+#include "rt/signal/structural_deflection.h"
 #include "rt/signal/tool_load.h"
 
 namespace hapticd::rt {
@@ -31,7 +31,7 @@ class ToolMotion {
   /// True if the sample came under another bias than the one before.
   bool take_bias(const hal::RigSample& sample) noexcept { return zero_.take_bias(sample.bias_serial); }
   /// Measures a tick. `device_n`: of the device on the tip since the last one.
-  ToolState update(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
+  const ToolState& update(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
   /// Follows the sensor's zero if a free tool shows it.
   void follow_zero(const hal::RigSample& sample, const ContactStage3& contact,
                    const TickInterval& interval) noexcept;
@@ -52,6 +52,7 @@ class ToolMotion {
   bool has_tip_ = false;
   hal::Vector3 last_tip_mm_;
   hal::Vector3 last_encoder_mm_;
+  ToolState state_;  ///< of the last tick
 };
 
 }  // namespace hapticd::rt

@@ -17,7 +17,7 @@ hal::Quaternion turned(const Eigen::Quaterniond& turn, const hal::Quaternion& or
 
 }  // namespace
 
-PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample) noexcept {
   const CorrectedPose pose = correct(correction_, sample);
   if (pose.source != PoseSource::kReported && pose.tip_mm.allFinite() &&
       pose.orientation.coeffs().allFinite()) {
@@ -29,7 +29,7 @@ PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample, TickRec
   hal::RigSample corrected = sample;
   corrected.tip_position_mm = sample.tip_position_mm + shift_mm_;
   corrected.tip_orientation = turned(turn_, sample.tip_orientation);
-  return stages_->evaluate(corrected, record);
+  return stages_->evaluate(corrected);
 }
 
 void CorrectedPipeline::biased_at(const hal::Quaternion& orientation) noexcept {

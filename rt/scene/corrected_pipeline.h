@@ -17,7 +17,8 @@ class CorrectedPipeline final : public Pipeline {
       : stages_(std::move(stages)), correction_(correction) {}
 
   std::uint32_t channels() const noexcept override { return stages_->channels(); }
-  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  PipelineOutput evaluate(const hal::RigSample& sample) noexcept override;
+  void fill_record(TickRecord& record) const noexcept override { stages_->fill_record(record); }
   void applied(const hal::Vector3& force_n) noexcept override { stages_->applied(force_n); }
   void reset() noexcept override { stages_->reset(); }
   FaultSet faults() const noexcept override { return stages_->faults(); }

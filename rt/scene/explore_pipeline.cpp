@@ -36,6 +36,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
 
 void ExplorePipeline::reset() noexcept {
   motion_.reset();
+  now_.reset();
   contact_.reset();
   release_.reset();
   stiffness_.reset();
@@ -54,36 +55,33 @@ void ExplorePipeline::applied(const hal::Vector3& force_n) noexcept {
   controller_.applied(force_n - past_controller_n_ * passed);
 }
 
-PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample) noexcept {
   // What was free under another zero may be a load under this one.
   if (motion_.take_bias(sample)) contact_.stage().await_free();
   // The observer's f_d is the last tick's until the new command is applied.
   const hal::Vector3 device_n = controller_.device_force_n();
-  const ToolState tool = motion_.update(sample, device_n);
-  ContactState now(tool, device_n);
+  ContactState& now = now_.emplace(motion_.update(sample, device_n), device_n);
   contact_.update(sample, now);
-  motion_.follow_zero(sample, contact_.stage(), tool.interval);
-  release_.update(now.in_contact, contact_.stage().authority(), contact_.displacement_mm(), tool.interval);
+  motion_.follow_zero(sample, contact_.stage(), now.tool.interval);
+  release_.update(now.in_contact, contact_.stage().authority(), contact_.displacement_mm(),
+                  now.tool.interval);
   now.is_rendered = release_.is_rendered();
   now.authority = release_.authority();
   now.displacement_mm = release_.displacement_mm();
   const double compensated = stiffness_.predict(now);
-  hal::Vector3 desired_n = desired_force(now, record);
+  hal::Vector3 desired_n = desired_force(now);
   const bool is_held = hold_within_sensor(now.normal, desired_n);
-  command_n_ = end_.update(now.in_contact, command(now, desired_n, compensated, record), now.tool.interval);
-  const double inward_n = -dot(desired_n, now.normal);
-  const PipelineOutput output{command_n_, now.in_contact, std::abs(inward_n) >= kTraceN,
-                              is_held ? guard_limit::kForce : std::uint8_t{0},
-                              touch_of(contact_.stage(), now.in_contact ? now.displacement_mm : 0.0)};
-  record.desired_force_n = inward_n;
-  fill_record(now, record);
-  return output;
+  command_n_ = end_.update(now.in_contact, command(now, desired_n, compensated), now.tool.interval);
+  inward_n_ = -dot(desired_n, now.normal);
+  return {command_n_, now.in_contact, std::abs(inward_n_) >= kTraceN,
+          is_held ? guard_limit::kForce : std::uint8_t{0},
+          touch_of(contact_.stage(), now.normal_n, now.in_contact ? now.displacement_mm : 0.0)};
 }
 
-inline hal::Vector3 ExplorePipeline::desired_force(const ContactState& now, TickRecord& record) noexcept {
+inline hal::Vector3 ExplorePipeline::desired_force(const ContactState& now) noexcept {
   hal::Vector3 desired_n = stiffness_.update(now, release_);
   for (const auto& contribution : contributions_.desired) {
-    desired_n = desired_n + contribution->update(now, record) * now.authority;
+    desired_n = desired_n + contribution->update(now) * now.authority;
   }
   stiffness_.hold_within(contact_.stage().max_force_n(), now, desired_n);
   return desired_n;
@@ -99,24 +97,29 @@ inline bool ExplorePipeline::hold_within_sensor(const hal::Vector3& normal,
 }
 
 inline hal::Vector3 ExplorePipeline::command(const ContactState& now, const hal::Vector3& desired_n,
-                                             double compensated, TickRecord& record) noexcept {
+                                             double compensated) noexcept {
   if (back_drive_.is_on()) back_drive_direction_n_ = back_drive_.update(now.tool.encoder_step_mm);
   past_controller_n_ = back_drive_direction_n_ * (now.authority * compensated);
   hal::Vector3 command_n = controller_.update(desired_n) + past_controller_n_;
   for (const auto& contribution : contributions_.direct) {
-    const hal::Vector3 force_n = contribution->update(now, record);
+    const hal::Vector3 force_n = contribution->update(now);
     past_controller_n_ = past_controller_n_ + force_n;
     command_n = command_n + force_n;
   }
   return command_n;
 }
 
-inline void ExplorePipeline::fill_record(const ContactState& now, TickRecord& record) const noexcept {
+void ExplorePipeline::fill_record(TickRecord& record) const noexcept {
+  if (!now_) return;
+  const ContactState& now = *now_;
   record.velocity_mm_per_s = now.rate_mm_per_s;
   record.acceleration_mm_per_s2 = -dot(now.tool.acceleration_mm_per_s2, now.normal);
   fill_contact(contact_.stage(), record);
   contact_.fill_record(now, record);
+  for (const auto& contribution : contributions_.desired) contribution->fill_record(now, record);
+  for (const auto& contribution : contributions_.direct) contribution->fill_record(now, record);
   record.zero = motion_.zero().zero();
+  record.desired_force_n = inward_n_;
   record.commanded_force_n = -dot(command_n_, now.normal);
   record.target_stiffness_n_per_mm = stiffness_.target_n_per_mm();
   if (!now.in_contact) return;

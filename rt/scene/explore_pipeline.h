@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "hal/rig.h"
 #include "rt/contribution/contribution.h"
@@ -28,7 +29,8 @@ class ExplorePipeline final : public Pipeline {
                   Contributions contributions);
 
   std::uint32_t channels() const noexcept override { return channels_; }
-  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  PipelineOutput evaluate(const hal::RigSample& sample) noexcept override;
+  void fill_record(TickRecord& record) const noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override {
@@ -44,14 +46,12 @@ class ExplorePipeline final : public Pipeline {
 
  private:
   /// Sum of the desired forces, bounded by the evidence of the contact.
-  hal::Vector3 desired_force(const ContactState& now, TickRecord& record) noexcept;
+  hal::Vector3 desired_force(const ContactState& now) noexcept;
   /// Holds the desired force into the object within what the sensor bears besides the hand; true if there was
   /// more.
   bool hold_within_sensor(const hal::Vector3& normal, hal::Vector3& desired_n) const noexcept;
   /// Command for the desired force. `compensated`: share of the device's friction that is, 0 … 1.
-  hal::Vector3 command(const ContactState& now, const hal::Vector3& desired_n, double compensated,
-                       TickRecord& record) noexcept;
-  void fill_record(const ContactState& now, TickRecord& record) const noexcept;
+  hal::Vector3 command(const ContactState& now, const hal::Vector3& desired_n, double compensated) noexcept;
 
   DeviceReach reach_;
   ToolMotion motion_;
@@ -63,6 +63,8 @@ class ExplorePipeline final : public Pipeline {
   BackDriveCompensation3 back_drive_;
   CommandEnd3 end_;
   std::uint32_t channels_;
+  std::optional<ContactState> now_;      ///< of the last tick
+  double inward_n_ = 0.0;                ///< desired force into the object, of the last tick
   hal::Vector3 back_drive_direction_n_;  ///< all of the compensation
   hal::Vector3 past_controller_n_;       ///< in the command besides what the controller wants
   hal::Vector3 command_n_;               ///< the last one, before the guard

@@ -17,11 +17,11 @@ void fill_contact(const BasicContactStage<Value>& contact, TickRecord& record) n
   record.contact_onset = contact.onset();
 }
 
-/// Gives guide and fixture what they need of the contact.
+/// Gives guide, fixture and watch what they need of the contact.
 template <class Value>
-Touch touch_of(const BasicContactStage<Value>& contact, double displacement_mm) noexcept {
+Touch touch_of(const BasicContactStage<Value>& contact, double reaction_n, double displacement_mm) noexcept {
   return {contact.in_contact(), contact.in_contact() && contact.authority() >= kEvidentAuthority,
-          contact.detector().reason() == ContactReason::kWithdrawn, displacement_mm};
+          contact.detector().reason() == ContactReason::kWithdrawn, reaction_n, displacement_mm};
 }
 
 }  // namespace hapticd::rt

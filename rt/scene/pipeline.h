@@ -11,14 +11,13 @@
 
 namespace hapticd::rt {
 
-/// What a pipeline makes of a tick, for the renderer and the guard. Telemetry is written aside and never read
-/// back.
+/// What a pipeline makes of a tick, for the renderer, the guard and the assistance.
 struct PipelineOutput {
   hal::Vector3 force_n;  ///< wanted of the device, rig frame
   bool in_contact = false;
   bool wants_force = false;    ///< more than a trace is desired, in contact or while a release fades
   std::uint8_t held_back = 0;  ///< bits of guard_limit: what the scene itself bounded
-  Touch touch{};               ///< for guide and fixture
+  Touch touch{};               ///< for guide, fixture and watch
 };
 
 /// The stages of one scene, composed. All calls come from the thread that owns the clock.
@@ -27,14 +26,20 @@ class Pipeline {
   /// A desired force below this is a trace and not wanted [N].
   static constexpr double kTraceN = 1e-3;
 
+  Pipeline() = default;
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
   virtual ~Pipeline() = default;
 
   /// Groups this pipeline fills (bits of channel::).
   virtual std::uint32_t channels() const noexcept = 0;
 
-  /// Evaluates one tick; fills the record's groups. Called only with finite samples; bounded time, no
-  /// allocation, no lock, no exception.
-  virtual PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept = 0;
+  /// Evaluates one tick. Called only with finite samples; bounded time, no allocation, no lock, no exception.
+  virtual PipelineOutput evaluate(const hal::RigSample& sample) noexcept = 0;
+
+  /// Fills its groups of the record with the tick that was evaluated; to be called before applied(). It is
+  /// const, so that nothing of a record finds its way into a force.
+  virtual void fill_record(TickRecord& record) const noexcept = 0;
 
   /// Takes what the guard let through: the controller's observer f_d(k) = f_c(k-1) works on this, so a
   /// bounded or latched command never winds it up.

@@ -46,42 +46,31 @@ void Renderer::watch_bias(const hal::RigSample& sample) noexcept {
   if (changed && !lost && pipeline_ != nullptr) pipeline_->biased_at(sample.tip_orientation);
 }
 
-inline PipelineOutput Renderer::evaluate(const Admission& admission, const hal::RigSample& sample,
-                                         TickRecord& record) noexcept {
-  if (admission.restarts()) pipeline_is_stale_ = true;
-  if (!admission.is_fit() || pipeline_ == nullptr) return {};
+inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample) noexcept {
   if (pipeline_is_stale_) {
     pipeline_->reset();
     pipeline_is_stale_ = false;
   }
-  record.channels |= channels_;
-  const LoadWatch& load = guard_.load();
-  if (!guard_.watches_load()) return pipeline_->evaluate(sample, record);
+  if (!guard_.watches_load()) return pipeline_->evaluate(sample);
   // After a jump the guard waits alone: its size is known, so what the pipeline has of a contact stays true.
+  const LoadWatch& load = guard_.load();
   if (load.is_waiting() && !load.has_jumped()) pipeline_->distrust_sensor();
-  const hal::Vector3& jump_n = load.jump_n();
-  record.jump_n = jump_n;
-  record.jump_count = load.jump_count();
-  record.last_jump_n = load.last_jump_n();
-  if (dot(jump_n, jump_n) == 0.0) return pipeline_->evaluate(sample, record);
+  if (dot(load.jump_n(), load.jump_n()) == 0.0) return pipeline_->evaluate(sample);
   hal::RigSample without_jump = sample;
-  without_jump.sensor_force_n = sample.sensor_force_n - jump_n;
-  const PipelineOutput output = pipeline_->evaluate(without_jump, record);
-  record.zero.force_n = record.zero.force_n + jump_n;
-  return output;
+  without_jump.sensor_force_n = sample.sensor_force_n - load.jump_n();
+  return pipeline_->evaluate(without_jump);
 }
 
-hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& record) noexcept {
+inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluated,
+                                  TickRecord& record) const noexcept {
   record.tick = sample.tick;
   record.time_ns = sample.time_ns;
   record.scene_generation = pipeline_ != nullptr ? generation_ : 0;
-  record.channels = channel::kSample;
+  record.channels =
+      channel::kSample | (sample.angles.known ? channel::kAngles : 0U) | (is_evaluated ? channels_ : 0U);
   record.tip_position_mm = sample.tip_position_mm;
   record.tip_orientation = sample.tip_orientation;
-  if (sample.angles.known) {
-    record.channels |= channel::kAngles;
-    record.angles = sample.angles;
-  }
+  if (sample.angles.known) record.angles = sample.angles;
   record.sensor_force_n = sample.sensor_force_n;
   record.sensor_torque_n_mm = sample.sensor_torque_n_mm;
   record.sample_status = sample.status;
@@ -89,22 +78,48 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.force_age_ns = sample.force_age_ns;
   record.bias_serial = sample.bias_serial;
   record.position_age_ns = sample.position_age_ns;
+  if (!is_evaluated) return;
+  pipeline_->fill_record(record);
+  if (!guard_.watches_load()) return;
+  const LoadWatch& load = guard_.load();
+  record.jump_n = load.jump_n();
+  record.jump_count = load.jump_count();
+  record.last_jump_n = load.last_jump_n();
+  // The pipeline follows the zero of a sensor without the jump.
+  if (dot(load.jump_n(), load.jump_n()) == 0.0) return;
+  record.zero.force_n = pipeline_->zero().zero.force_n + load.jump_n();
+}
 
+hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& record) noexcept {
   watch_bias(sample);
   Admission admission = guard_.admit(sample, pipeline_ != nullptr ? pipeline_->faults() : 0);
-  const PipelineOutput output = evaluate(admission, sample, record);
+  if (admission.restarts()) pipeline_is_stale_ = true;
+  const bool is_evaluated = admission.is_fit() && pipeline_ != nullptr;
+  const PipelineOutput output = is_evaluated ? evaluate(sample) : PipelineOutput{};
+  fill_record(sample, is_evaluated, record);
   const bool is_free = !output.in_contact && !output.wants_force;
   // A missing tick does not count as time in which it was seen free.
   free_s_ = is_free ? std::min(free_s_ + std::min(guard_.interval_s(), period_s_), kFreeS) : 0.0;
   hand_over_share_ =
       guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);
   const double interval_s = guard_.rise_interval_s();
+  const bool assists = !assistance_.is_idle();
   const hal::Vector3 assistance_n =
-      assistance_.update(sample, output.touch, !guard_.force_is_zero(), interval_s, record);
+      assists ? assistance_.update(sample, output.touch, !guard_.force_is_zero(), interval_s)
+              : hal::Vector3{};
   const hal::Vector3 wanted_n = hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_);
   const hal::DeviceCommand command{
       guard_.release(std::move(admission), wanted_n, output.held_back, record, assistance_n)};
-  assistance_.observe(record, guard_.interval_s());
+  if (assists) {
+    assistance_.observe({.tick = sample.tick,
+                         .tip_mm = sample.tip_position_mm,
+                         .reaction_n = output.touch.reaction_n,
+                         .displacement_mm = output.touch.displacement_mm,
+                         .is_held_back = guard_.state() != GuardState::kRendering,
+                         .is_limited = record.guard_limits != 0},
+                        guard_.interval_s());
+    assistance_.fill_record(record);
+  }
   if (pipeline_ != nullptr) pipeline_->applied(of_pipeline(command.force_n, guard_.wanted_n(), assistance_n));
   return command;
 }

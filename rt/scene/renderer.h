@@ -36,14 +36,15 @@ class Renderer {
   /// Leaves the latch; authority then rises from zero. Refused (false) while the fault persists.
   bool clear() noexcept { return guard_.clear(); }
   const Guard& guard() const noexcept { return guard_; }
-  /// Assistance that an experiment asks of the tick: all but update() and observe(), which are the tick's
-  /// own.
+  /// Assistance that an experiment asks of the tick: all but update(), observe() and fill_record(),
+  /// which are the tick's own.
   Assistance& assistance() noexcept { return assistance_; }
 
  private:
-  /// Output of the pipeline for the sample; nothing if the guard finds it unfit.
-  PipelineOutput evaluate(const Admission& admission, const hal::RigSample& sample,
-                          TickRecord& record) noexcept;
+  /// Output of the pipeline for a sample that the guard finds fit.
+  PipelineOutput evaluate(const hal::RigSample& sample) noexcept;
+  /// Fills in the sample and, if it was evaluated, the groups of the pipeline.
+  void fill_record(const hal::RigSample& sample, bool is_evaluated, TickRecord& record) const noexcept;
   /// Informs the pipeline of a bias, in every state of the guard.
   void watch_bias(const hal::RigSample& sample) noexcept;
 

@@ -168,42 +168,44 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   return desired;
 }
 
-PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample) noexcept {
   const Measured now = measure(sample);
   update_contact(sample, now);
   const bool in_contact = contact_.in_contact();
 
   const double target = target_.update(now.interval.periods, displacement_mm_);
   is_held_ = false;
-  DesiredForce desired = desired_force(now, target);
+  const DesiredForce desired = desired_force(now, target);
+  reaction_n_ = now.reaction_n;
   displacement_mm_ = desired.displacement_mm;
-  desired.force_n = fade_.update(in_contact, desired.force_n, now.interval);
-  const double device_force_n = controller_.device_force_n();
+  desired_n_ = fade_.update(in_contact, desired.force_n, now.interval);
   if (back_drive_.is_on()) {
     back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority() * compensation_share(target);
   }
-  command_n_ = end_.update(in_contact, controller_.update(desired.force_n) + back_drive_n_, now.interval);
+  command_n_ = end_.update(in_contact, controller_.update(desired_n_) + back_drive_n_, now.interval);
+  return {axis_.device_force_n(command_n_), in_contact, std::abs(desired_n_) >= kTraceN,
+          is_held_ ? guard_limit::kForce : std::uint8_t{0},
+          touch_of(contact_, now.reaction_n, displacement_mm_)};
+}
 
+void TapPipeline::fill_record(TickRecord& record) const noexcept {
   record.velocity_mm_per_s = motion_.velocity_mm_per_s();
   record.acceleration_mm_per_s2 = motion_.acceleration_mm_per_s2();
-  record.reaction_force_n = now.reaction_n;
+  record.reaction_force_n = reaction_n_;
   fill_contact(contact_, record);
   record.zero = zero_.zero();
   record.displacement_mm = displacement_mm_;
-  record.target_stiffness_n_per_mm = target;
-  record.desired_force_n = desired.force_n;
+  record.target_stiffness_n_per_mm = target_.value();
+  record.desired_force_n = desired_n_;
   record.commanded_force_n = command_n_;
-  if (in_contact) {
-    record.hand_force_n = now.reaction_n - device_force_n;  // (3.1)
-    if (displacement_mm_ > 0.0) {
-      const FeasibleRange range =
-          feasible_range(now.reaction_n / displacement_mm_, record.hand_force_n, reach_);
-      record.feasible_min_n_per_mm = range.min_n_per_mm;
-      record.feasible_max_n_per_mm = range.max_n_per_mm;
-    }
+  if (!contact_.in_contact()) return;
+  const double hand_n = reaction_n_ - controller_.device_force_n();  // (3.1)
+  record.hand_force_n = hand_n;
+  if (displacement_mm_ > 0.0) {
+    const FeasibleRange range = feasible_range(reaction_n_ / displacement_mm_, hand_n, reach_);
+    record.feasible_min_n_per_mm = range.min_n_per_mm;
+    record.feasible_max_n_per_mm = range.max_n_per_mm;
   }
-  return {axis_.device_force_n(command_n_), in_contact, std::abs(desired.force_n) >= kTraceN,
-          is_held_ ? guard_limit::kForce : std::uint8_t{0}, touch_of(contact_, displacement_mm_)};
 }
 
 }  // namespace hapticd::rt

@@ -29,7 +29,8 @@ class TapPipeline final : public Pipeline {
   TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
 
   std::uint32_t channels() const noexcept override;
-  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  PipelineOutput evaluate(const hal::RigSample& sample) noexcept override;
+  void fill_record(TickRecord& record) const noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
@@ -86,9 +87,11 @@ class TapPipeline final : public Pipeline {
   double onset_friction_n_ = 0.0;  ///< of the device, where the present contact began
   double last_depth_mm_ = 0.0;
   bool has_depth_ = false;
-  double back_drive_n_ = 0.0;     ///< in the command besides what the controller wants
-  double displacement_mm_ = 0.0;  ///< of the last tick
-  double command_n_ = 0.0;        ///< the last one, before the guard
+  double back_drive_n_ = 0.0;  ///< in the command besides what the controller wants
+  double reaction_n_ = 0.0;    ///< f_r, of the last tick like those below
+  double desired_n_ = 0.0;
+  double displacement_mm_ = 0.0;
+  double command_n_ = 0.0;  ///< the last one, before the guard
 };
 
 }  // namespace hapticd::rt

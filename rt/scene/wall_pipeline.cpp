@@ -43,7 +43,7 @@ void WallPipeline::note_onset(const hal::RigSample& sample, double inside_mm, do
   onset_ = {inside_ns - past_ns, position_ns_, inside_ns};
 }
 
-PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample) noexcept {
   const auto [encoder_mm, inward] = surface_.at(sample.tip_position_mm);
   inward_ = inward;
   const TickInterval interval = timer_.update(sample.time_ns);
@@ -71,7 +71,7 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
     target_.rest();
   }
   const bool inside = displacement_mm > 0.0;
-  const bool was_inside = reason_ == ContactReason::kAboveThreshold || reason_ == ContactReason::kHeld;
+  const bool was_inside = in_contact();
   if (inside) {
     // A wall that appears around the tool would throw it out: it acts only after the tool was seen outside.
     if (was_inside) {
@@ -84,25 +84,31 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   } else {
     reason_ = was_inside ? ContactReason::kAboveSurface : ContactReason::kFree;
   }
-  const bool in_contact = inside && reason_ != ContactReason::kAwaitingFree;
-  const double desired_n = in_contact ? -object_n : 0.0;
-  const double device_force_n = controller_.device_force_n();
-  const double command_n = controller_.update(desired_n);
+  const bool touches = in_contact();
+  displacement_mm_ = touches ? displacement_mm : 0.0;
+  desired_n_ = touches ? -object_n : 0.0;
+  command_n_ = controller_.update(desired_n_);
+  position_ns_ = sample.time_ns - sample.position_age_ns;
+  return {inward * command_n_,
+          touches,
+          std::abs(desired_n_) >= kTraceN,
+          0,
+          {.in_contact = touches, .is_evident = touches, .displacement_mm = displacement_mm_}};
+}
 
-  record.in_contact = in_contact;
+void WallPipeline::fill_record(TickRecord& record) const noexcept {
+  const bool touches = in_contact();
+  record.in_contact = touches;
   record.contact_reason = reason_;
   record.contact_count = contact_count_;
   record.contact_onset = onset_;
-  record.contact_authority = in_contact ? 1.0 : 0.0;  // the wall needs no evidence
-  record.displacement_mm = in_contact ? displacement_mm : 0.0;
+  record.contact_authority = touches ? 1.0 : 0.0;  // the wall needs no evidence
+  record.displacement_mm = displacement_mm_;
   record.target_stiffness_n_per_mm = target_.stiffness_n_per_mm();
-  record.desired_force_n = desired_n;
-  record.commanded_force_n = command_n;
-  record.hand_force_n = -device_force_n;
-  if (in_contact) record.normal = inward * -1.0;
-  position_ns_ = sample.time_ns - sample.position_age_ns;
-  return {inward * command_n, in_contact, std::abs(desired_n) >= kTraceN, 0,
-          Touch{in_contact, in_contact, false, in_contact ? displacement_mm : 0.0}};
+  record.desired_force_n = desired_n_;
+  record.commanded_force_n = command_n_;
+  record.hand_force_n = -controller_.device_force_n();
+  if (touches) record.normal = inward_ * -1.0;
 }
 
 }  // namespace hapticd::rt

@@ -20,12 +20,17 @@ class WallPipeline final : public Pipeline {
   WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
 
   std::uint32_t channels() const noexcept override;
-  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  PipelineOutput evaluate(const hal::RigSample& sample) noexcept override;
+  void fill_record(TickRecord& record) const noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
 
  private:
+  /// True while the tip is within the wall, having been seen outside.
+  bool in_contact() const noexcept {
+    return reason_ == ContactReason::kAboveThreshold || reason_ == ContactReason::kHeld;
+  }
   /// Notes the onset of a tip that came in between the last tick and this one: on a straight line.
   void note_onset(const hal::RigSample& sample, double inside_mm, double outside_mm) noexcept;
 
@@ -38,6 +43,9 @@ class WallPipeline final : public Pipeline {
   double depth_mm_ = 0.0;       ///< last tick's, of the encoders
   double rate_mm_per_s_ = 0.0;  ///< of the displacement, smoothed
   ForceController controller_;
+  double displacement_mm_ = 0.0;  ///< 0 out of contact
+  double desired_n_ = 0.0;
+  double command_n_ = 0.0;  ///< the last one, before the guard
   ContactReason reason_ = ContactReason::kAwaitingFree;
   std::uint32_t contact_count_ = 0;
   OnsetInstant onset_{};

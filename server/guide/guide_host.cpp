@@ -89,7 +89,7 @@ Outcome<hal::Vector3> GuideHost::goal_of(const ToolDestination& destination, con
                      {"no scene is loaded that could notice a contact", "scene", "", "", "load one first"},
                      Reason::kNoScene);
     }
-    if (rt::is_evident_contact(now)) {
+    if (now.in_contact && now.contact_authority >= rt::kEvidentAuthority) {
       return refused(RefusalKind::kFailedPrecondition,
                      {"the tool is in contact already", "guide", "", "", "lift it off the object"},
                      Reason::kInContact);

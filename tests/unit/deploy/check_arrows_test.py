@@ -1,4 +1,4 @@
-"""Whether deploy/check_arrows.py notices cycles, forbidden includes, crowded folders and long files; and that here are none."""
+"""Whether deploy/check_arrows.py notices cycles, forbidden includes, crowded folders, long files and readers of records; and that here are none."""
 
 import sys
 import tempfile
@@ -65,10 +65,36 @@ class Arrows(unittest.TestCase):
             found = list(check_arrows.raw_output(root))
         self.assertEqual([line.split(" ")[0] for line in found], ["client/cli/a.cpp:2", "client/cli/a.cpp:3"])
 
+    def test_what_reads_a_record_in_a_tick_is_named(self):
+        filler = "void A::fill_record(const State& now,\n    TickRecord& record) const noexcept {\n"
+        files = {
+            "rt/a/right.cpp": filler + "  record.zero.force_n = now.n;\n  record.channels |= kA;\n}  // TickRecord\n",
+            "rt/a/unnamed.h": "virtual void fill_record(TickRecord& /*record*/) const noexcept {}\n",
+            "rt/loop/ring.h": "const TickRecord& latest();\n",
+            "rt/b/not_const.h": "void fill_record(TickRecord& record) noexcept;\n",
+            "rt/b/takes.h": "double update(TickRecord& record) noexcept;\n",
+            "rt/b/takes_const.h": "void update(const TickRecord& record) const noexcept;\n",
+            "rt/b/keeps.h": "TickRecord last_;\n",
+            "rt/b/reads.cpp": filler + "  record.a = record.b.c;\n  if (record.d == 1) return;\n}\n",
+            "rt/b/mutable.h": "mutable int kept_;\n",
+        }
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for name, text in files.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text)
+            found = list(check_arrows.record_readers(root))
+        self.assertEqual(
+            [" ".join(line.split(" ")[:3]) for line in found],
+            ["rt/b/keeps.h takes a", "rt/b/mutable.h has something", "rt/b/not_const.h takes a",
+             "rt/b/reads.cpp reads record.b.c:", "rt/b/reads.cpp reads record.d:", "rt/b/takes.h takes a",
+             "rt/b/takes_const.h takes a"],
+        )
+
     def test_the_project_itself(self):
         arrows, count, lines = check_arrows.read_graph(ROOT)
         self.assertEqual(list(check_arrows.problems(arrows, count)) + list(check_arrows.long_files(lines)), [])
-        self.assertEqual(list(check_arrows.raw_output(ROOT)), [])
+        self.assertEqual(list(check_arrows.raw_output(ROOT)) + list(check_arrows.record_readers(ROOT)), [])
         self.assertGreater(len(count), 50)
 
 

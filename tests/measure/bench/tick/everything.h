@@ -20,12 +20,16 @@ class Everything final : public rt::Pipeline {
     for (const auto& pipeline : pipelines_) all |= pipeline->channels();
     return all;
   }
-  rt::PipelineOutput evaluate(const hal::RigSample& sample, rt::TickRecord& record) noexcept override {
-    // Last to first, so that the first has the last word where several fill the same.
+  rt::PipelineOutput evaluate(const hal::RigSample& sample) noexcept override {
     rt::PipelineOutput output;
     for (auto pipeline = pipelines_.rbegin(); pipeline != pipelines_.rend(); ++pipeline)
-      output = (*pipeline)->evaluate(sample, record);
+      output = (*pipeline)->evaluate(sample);
     return output;
+  }
+  void fill_record(rt::TickRecord& record) const noexcept override {
+    // Last to first, so that the first has the last word where several fill the same.
+    for (auto pipeline = pipelines_.rbegin(); pipeline != pipelines_.rend(); ++pipeline)
+      (*pipeline)->fill_record(record);
   }
   void applied(const hal::Vector3& force_n) noexcept override {
     for (const auto& pipeline : pipelines_) pipeline->applied(force_n);

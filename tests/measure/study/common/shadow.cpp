@@ -13,7 +13,8 @@ Shadow::Shadow(const hal::RigInfo& rig, const rt::SceneSpec& scene, const rt::Ob
 
 void Shadow::watch(const hal::RigSample& sample) {
   record_ = rt::TickRecord{};
-  pipeline_->evaluate(sample, record_);
+  pipeline_->evaluate(sample);
+  pipeline_->fill_record(record_);
   pipeline_->applied({});
 }
 

@@ -25,7 +25,7 @@ class WorstPipeline final : public rt::Pipeline {
  public:
   explicit WorstPipeline(Wants wants) : wants_(wants) {}
   std::uint32_t channels() const noexcept override { return rt::channel::kZero; }
-  rt::PipelineOutput evaluate(const hal::RigSample& sample, rt::TickRecord&) noexcept override {
+  rt::PipelineOutput evaluate(const hal::RigSample& sample) noexcept override {
     constexpr double kMostN = 8.0;
     const double reading_n = sample.sensor_force_n.z;
     switch (wants_) {
@@ -42,6 +42,7 @@ class WorstPipeline final : public rt::Pipeline {
     force_n_ = std::clamp(force_n_, -kMostN, kMostN);
     return {{0.0, 0.0, force_n_}, true, true, 0};
   }
+  void fill_record(rt::TickRecord&) const noexcept override {}
   void applied(const hal::Vector3&) noexcept override {}
   void reset() noexcept override {}
   void set_target(const rt::TargetLaw&, double) noexcept override {}

@@ -23,7 +23,7 @@ class Constant final : public Contribution {
   };
   explicit Constant(Calls& calls) noexcept : calls_(calls) {}
 
-  hal::Vector3 update(const ContactState& now, TickRecord&) noexcept override {
+  hal::Vector3 update(const ContactState& now) noexcept override {
     ++calls_.updates;
     calls_.began += now.began ? 1 : 0;
     return kForceN;
@@ -52,10 +52,9 @@ class ContributionInAScene : public testing::Test {
       const double share = static_cast<double>(i) / ticks;
       hal::RigSample sample = bench_.at(from_mm + (to_mm - from_mm) * (share * share * (3.0 - 2.0 * share)));
       sample.time_ns = time_ns_ += 1'000'000;
-      TickRecord record;
-      const hal::Vector3 plain_n = plain_->evaluate(sample, record).force_n;
+      const hal::Vector3 plain_n = plain_->evaluate(sample).force_n;
       plain_->applied(plain_n);
-      const hal::Vector3 changed_n = changed_->evaluate(sample, record).force_n;
+      const hal::Vector3 changed_n = changed_->evaluate(sample).force_n;
       changed_->applied(changed_n);
       added_n = changed_n - plain_n;
     }

@@ -9,7 +9,7 @@ class ViscousDamper final : public Contribution {
  public:
   explicit ViscousDamper(double damping_n_s_per_mm) noexcept : damping_n_s_per_mm_(damping_n_s_per_mm) {}
 
-  hal::Vector3 update(const ContactState& now, TickRecord& /*record*/) noexcept override {
+  hal::Vector3 update(const ContactState& now) noexcept override {
     if (!now.is_rendered) return {};
     return now.tool.velocity_mm_per_s * -damping_n_s_per_mm_;
   }

@@ -41,8 +41,10 @@ class ViscousDamperInAScene : public testing::Test {
       sample.time_ns = time_ns_ += 1'000'000;
       TickRecord plain;
       TickRecord damped;
-      plain_.evaluate(sample, plain);
-      damped_.evaluate(sample, damped);
+      plain_.evaluate(sample);
+      plain_.fill_record(plain);
+      damped_.evaluate(sample);
+      damped_.fill_record(damped);
       const double added_n = damped.desired_force_n - plain.desired_force_n;  // into the object
       const double expected_n = -kDampingNsPerMm * damped.velocity_mm_per_s * damped.contact_authority;
       if (damped.in_contact) {

@@ -74,11 +74,14 @@ EngineCommand target(double stiffness, std::uint64_t at_tick = 0) {
 class Fading final : public Pipeline {
  public:
   std::uint32_t channels() const noexcept override { return channel::kControl; }
-  PipelineOutput evaluate(const hal::RigSample&, TickRecord& record) noexcept override {
+  PipelineOutput evaluate(const hal::RigSample&) noexcept override {
     force_n_ *= 0.9;
-    record.commanded_force_n = force_n_;
-    record.hand_force_n = 0.7 * force_n_;
+    hand_n_ = 0.7 * force_n_;
     return {{0.0, -0.5 * force_n_, force_n_}, false, true, 0};
+  }
+  void fill_record(TickRecord& record) const noexcept override {
+    record.commanded_force_n = force_n_;
+    record.hand_force_n = hand_n_;
   }
   void applied(const hal::Vector3& force_n) noexcept override { applied_n = force_n.z; }
   void reset() noexcept override { force_n_ = 1.0; }
@@ -87,6 +90,7 @@ class Fading final : public Pipeline {
 
  private:
   double force_n_ = 1.0;
+  double hand_n_ = 0.0;
 };
 
 TEST(Engine, NoDenormalNumberLeavesATickOrStaysInIt) {

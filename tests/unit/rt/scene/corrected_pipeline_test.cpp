@@ -18,10 +18,11 @@ class SeenByStages final : public Pipeline {
   };
   explicit SeenByStages(Seen& seen) : seen_(seen) {}
   std::uint32_t channels() const noexcept override { return channel::kContact; }
-  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord&) noexcept override {
+  PipelineOutput evaluate(const hal::RigSample& sample) noexcept override {
     seen_.sample = sample;
     return {.force_n = {1.0, 2.0, 3.0}, .in_contact = true, .wants_force = true, .held_back = 4};
   }
+  void fill_record(TickRecord& record) const noexcept override { record.in_contact = true; }
   void applied(const hal::Vector3&) noexcept override {}
   void reset() noexcept override {}
   void biased_at(const hal::Quaternion& orientation) noexcept override { seen_.biased_at = orientation; }
@@ -59,7 +60,9 @@ class CorrectedScene : public testing::Test {
   hal::Vector3 tip_mm(const hal::RigSample& sample) {
     TickRecord record;
     record.tip_position_mm = sample.tip_position_mm;
-    output = pipeline.evaluate(sample, record);
+    output = pipeline.evaluate(sample);
+    pipeline.fill_record(record);
+    EXPECT_TRUE(record.in_contact) << "the record is the stages'";
     EXPECT_EQ(record.tip_position_mm.x, sample.tip_position_mm.x) << "telemetry says what was reported";
     return seen.sample.tip_position_mm;
   }

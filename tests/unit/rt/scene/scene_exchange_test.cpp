@@ -12,10 +12,12 @@ class Constant final : public Pipeline {
  public:
   explicit Constant(double force_n, bool in_contact = true) : force_n_(force_n), in_contact_(in_contact) {}
   std::uint32_t channels() const noexcept override { return channel::kContact | channel::kTarget; }
-  PipelineOutput evaluate(const hal::RigSample&, TickRecord& record) noexcept override {
+  PipelineOutput evaluate(const hal::RigSample&) noexcept override {
+    return {{0.0, 0.0, force_n_}, in_contact_, std::abs(force_n_) >= kTraceN, 0};
+  }
+  void fill_record(TickRecord& record) const noexcept override {
     record.in_contact = in_contact_;
     record.desired_force_n = force_n_;
-    return {{0.0, 0.0, force_n_}, in_contact_, std::abs(force_n_) >= kTraceN, 0};
   }
   void applied(const hal::Vector3& force_n) noexcept override { applied_n = force_n.z; }
   void reset() noexcept override { ++resets; }

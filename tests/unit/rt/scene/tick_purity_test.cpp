@@ -184,7 +184,8 @@ TEST(Tick, OnCorrectedPosesNeitherAllocatesNorLocks) {
     TickRecord record;
     const long before = hapticd::test::allocations();
     watched = true;
-    const PipelineOutput output = pipeline.evaluate(sample, record);
+    const PipelineOutput output = pipeline.evaluate(sample);
+    pipeline.fill_record(record);
     pipeline.applied(output.force_n);
     watched = false;
     allocations += hapticd::test::allocations() - before;
@@ -195,6 +196,80 @@ TEST(Tick, OnCorrectedPosesNeitherAllocatesNorLocks) {
   EXPECT_EQ(locks, 0);
   EXPECT_GT(touched, 0) << "or this proves little";
   EXPECT_GT(corrected, 5000);
+}
+
+TickRecord absurd_record() {
+  TickRecord record;
+  record.channels = ~0U;
+  record.tick = 1ULL << 40U;
+  record.tip_position_mm = record.zero.force_n = record.jump_n = record.normal = {1e3, -1e3, 1e3};
+  record.in_contact = true;
+  record.contact_reason = ContactReason::kWithdrawn;
+  record.contact_authority = record.reaction_force_n = record.displacement_mm = 1e3;
+  record.hand_force_n = record.desired_force_n = record.commanded_force_n = record.hand_energy_mj = -1e3;
+  record.guard_state = GuardState::kLatched;
+  record.guard_limits = 0xFF;
+  record.guide_state = GuideState::kContact;
+  return record;
+}
+
+/// A scene with a fixture and a watch, pressed and stroked, with a jump of the reading, an unfit sample and a
+/// stop.
+struct Watched {
+  std::vector<hal::Vector3> commands_n;
+  PresentationSummary summary;
+};
+Watched watched_scene(const SceneSpec& spec, const TickRecord& before) {
+  test::ExploreBench bench(spec);
+  AssistanceSpec assistance;
+  assistance.fixture.emplace();
+  assistance.watch.emplace();
+  bench.renderer().exchange(&bench.pipeline(), bench.scene().guard, assistance);
+  bench.renderer().assistance().begin_presentation();
+  Watched seen;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = 1e-3 * i;
+    hal::RigSample sample = bench.at({8.0 * std::sin(2.0 * t), 0.0, 1.0 - 4.0 * std::sin(5.0 * t)});
+    sample.tick = static_cast<std::uint64_t>(i);
+    sample.time_ns = 1'000'000LL * i;
+    if (i >= 2000) sample.sensor_force_n.y += 0.5;
+    if (i == 3000) sample.sensor_force_n.x = std::nan("");
+    if (i == 4000) bench.renderer().raise(GuardFault::kStopped);
+    if (i % 500 == 0) bench.renderer().clear();
+    TickRecord record = before;
+    seen.commands_n.push_back(bench.renderer().tick(sample, record).force_n);
+  }
+  seen.summary = bench.renderer().assistance().end_presentation();
+  return seen;
+}
+
+TEST(Tick, DoesTheSameWhateverARecordHolds) {
+  std::vector<SceneSpec> scenes = test::all_explore_scenes();
+  for (const SceneKind kind : {SceneKind::kTap1d, SceneKind::kWall}) {
+    SceneSpec& scene = scenes.emplace_back();
+    scene.name = kind == SceneKind::kWall ? "wall" : "tap";
+    scene.kind = kind;
+  }
+  for (const SceneSpec& scene : scenes) {
+    const Watched empty = watched_scene(scene, {});
+    const Watched absurd = watched_scene(scene, absurd_record());
+    double largest_n = 0.0;
+    double difference_n = 0.0;
+    for (std::size_t i = 0; i < empty.commands_n.size(); ++i) {
+      largest_n = std::max(largest_n, norm(empty.commands_n[i]));
+      difference_n = std::max(difference_n, norm(absurd.commands_n[i] - empty.commands_n[i]));
+    }
+    EXPECT_EQ(difference_n, 0.0) << scene.name;
+    EXPECT_GT(largest_n, 0.1) << scene.name << ": or this proves little";
+    EXPECT_GT(empty.summary.contacts, 0U) << scene.name;
+    EXPECT_EQ(absurd.summary.contacts, empty.summary.contacts) << scene.name;
+    EXPECT_EQ(absurd.summary.begin_tick, empty.summary.begin_tick) << scene.name;
+    EXPECT_EQ(absurd.summary.peak_force_n, empty.summary.peak_force_n) << scene.name;
+    EXPECT_EQ(absurd.summary.peak_displacement_mm, empty.summary.peak_displacement_mm) << scene.name;
+    EXPECT_EQ(absurd.summary.peak_lateral_mm, empty.summary.peak_lateral_mm) << scene.name;
+    EXPECT_EQ(absurd.summary.guard_limited_ticks, empty.summary.guard_limited_ticks) << scene.name;
+    EXPECT_EQ(absurd.summary.broken, empty.summary.broken) << scene.name;
+  }
 }
 
 }  // namespace
