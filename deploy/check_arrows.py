@@ -55,17 +55,11 @@ RECORD_FOLDERS = ("rt/record", "rt/loop")  # the record itself, and the ring tha
 RECORD_FILLER = re.compile(r"\bvoid (?:\w+::)?fill_\w+\([^()]*\bTickRecord& ?(?:record)?\) const noexcept")
 # What else may take a record, each with its reason. It may not read it either.
 RECORD_TAKERS = {
-    "rt/guard/guard.cpp": "Guard::release() fills the guard's group",
-    "rt/guard/guard.h": "Guard::release() fills the guard's group",
     "rt/scene/fill_contact.h": "a free function, which keeps nothing",
     "rt/scene/renderer.cpp": "Renderer::tick() hands the record on to those that fill it",
     "rt/scene/renderer.h": "Renderer::tick() hands the record on to those that fill it",
 }
 RECORD_READ = re.compile(r"\brecord(?:\.\w+)+(?![\w.])(?!\s*\|?=[^=])")
-# What is read nevertheless, each with its reason.
-RECORD_READS = {
-    ("rt/scene/renderer.cpp", "record.guard_limits"): "Guard::release() says it nowhere else; only the watch sees it",
-}
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
@@ -173,8 +167,7 @@ def record_readers(root):
             if "TickRecord" in statement and name not in RECORD_TAKERS and not RECORD_FILLER.search(statement):
                 yield f"{name} takes a record: {' '.join(statement.split())}: fill it in a const method fill_record()"
         for read in RECORD_READ.findall(text):
-            if (name, read) not in RECORD_READS:
-                yield f"{name} reads {read}: a tick reads no record; take the value from the stage that knows it"
+            yield f"{name} reads {read}: a tick reads no record; take the value from the stage that knows it"
         if re.search(r"\bmutable\b", text):
             yield f"{name} has something mutable: a const method that fills a record could keep what it reads"
 

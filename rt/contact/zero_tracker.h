@@ -33,6 +33,8 @@ class ZeroTracker {
   /// Takes over what another scene has followed.
   void adopt(const FollowedZero& followed) noexcept { followed_ = followed; }
 
+  /// False with a bound of zero: then there is no need to look for the zero.
+  bool is_followed() const noexcept { return bound_n_ > 0.0; }
   const SensorZero& zero() const noexcept { return followed_.zero; }
   const FollowedZero& followed() const noexcept { return followed_; }
   bool is_far() const noexcept;    ///< beyond half of the bound

@@ -58,6 +58,7 @@ const ToolState& ToolMotion::update(const hal::RigSample& sample, const hal::Vec
 
 void ToolMotion::follow_zero(const hal::RigSample& sample, const ContactStage3& contact,
                              const TickInterval& interval) noexcept {
+  if (!zero_.is_followed()) return;
   const bool shows_in_motion = contact.zero_shows_in_motion();
   if (!shows_in_motion && !contact.zero_shows()) return;
   const SensorZero error{load_.in_sensor_frame(contact.residual_n() * -1.0, sample.tip_orientation),

@@ -216,7 +216,7 @@ hal::Vector3 Guard::within_bounds(hal::Vector3 force_n, double max_force_n,
 }
 
 hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
-                            TickRecord& record, const hal::Vector3& assistance_n) noexcept {
+                            const hal::Vector3& assistance_n) noexcept {
   const double max_in_pose_n = admission.sample_.max_force_n;
   std::uint8_t limited = 0;
   const double max_modulated_n = max_in_free_air_n();
@@ -262,15 +262,19 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
   rendered_n_ = std::min(stands_n, std::min(modulated_n, max_modulated_n));
   if (load_.unloaded_s() <= kFreeAirFromS) loaded_n_ = rendered_n_;
 
+  reported_ = present_ | std::exchange(raised_, 0);
+  limited_ = static_cast<std::uint8_t>(held_back | limited);
+  return force;
+}
+
+void Guard::fill_record(TickRecord& record) const noexcept {
   record.channels |= channel::kGuard;
-  record.device_command_n = force;
+  record.device_command_n = last_force_n_;
   record.guard_state = state_;
   record.guard_fault = fault_;
-  record.faults_present = present_ | raised_;
-  raised_ = 0;
-  record.guard_limits = static_cast<std::uint8_t>(held_back | limited);
+  record.faults_present = reported_;
+  record.guard_limits = limited_;
   record.authority = authority_;
-  return force;
 }
 
 }  // namespace hapticd::rt

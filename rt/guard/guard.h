@@ -103,9 +103,13 @@ class Guard {
   Admission admit(const hal::RigSample& sample, FaultSet noticed = 0) noexcept;
   /// The force for the device: `wanted_n` of a pipeline, as far as free air allows, and `assistance_n`, both
   /// within the bounds; once for each admitted sample. `held_back`: what the pipeline bounded itself (bits of
-  /// guard_limit). Fills the record's guard group.
+  /// guard_limit).
   hal::Vector3 release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
-                       TickRecord& record, const hal::Vector3& assistance_n = {}) noexcept;
+                       const hal::Vector3& assistance_n = {}) noexcept;
+  /// Fills the guard's group with what the last release() did.
+  void fill_record(TickRecord& record) const noexcept;
+  /// What was bounded in it, and what the pipeline bounded itself (bits of guard_limit).
+  std::uint8_t limited() const noexcept { return limited_; }
 
   /// A fault that shows in no sample and is over at once, such as a stop. Reported with the next tick.
   void raise(GuardFault fault) noexcept;
@@ -158,7 +162,9 @@ class Guard {
   GuardState state_ = GuardState::kRendering;
   GuardFault fault_ = GuardFault::kNone;
   FaultSet present_ = 0;  ///< in the last sample
-  FaultSet raised_ = 0;   ///< since the last record
+  FaultSet raised_ = 0;   ///< since the last release
+  FaultSet reported_ = 0;  ///< with it: present and raised
+  std::uint8_t limited_ = 0;
   FaultSet standing_ = 0;
   bool restart_ = false;  ///< a fault since the last admission asks for it
   bool falls_ = false;    ///< held back, but not cut: authority falls over a ramp

@@ -109,14 +109,15 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
               : hal::Vector3{};
   const hal::Vector3 wanted_n = hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_);
   const hal::DeviceCommand command{
-      guard_.release(std::move(admission), wanted_n, output.held_back, record, assistance_n)};
+      guard_.release(std::move(admission), wanted_n, output.held_back, assistance_n)};
+  guard_.fill_record(record);
   if (assists) {
     assistance_.observe({.tick = sample.tick,
                          .tip_mm = sample.tip_position_mm,
                          .reaction_n = output.touch.reaction_n,
                          .displacement_mm = output.touch.displacement_mm,
                          .is_held_back = guard_.state() != GuardState::kRendering,
-                         .is_limited = record.guard_limits != 0},
+                         .is_limited = guard_.limited() != 0},
                         guard_.interval_s());
     assistance_.fill_record(record);
   }

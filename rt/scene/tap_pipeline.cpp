@@ -107,7 +107,7 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
 }
 
 void TapPipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
-  if (!contact_.zero_shows() && !contact_.zero_shows_in_motion()) return;
+  if (!zero_.is_followed() || (!contact_.zero_shows() && !contact_.zero_shows_in_motion())) return;
   // Along the axis what the tool's inertia leaves unexplained; across it the inertia averages out.
   const hal::Vector3 read_n = sample.sensor_force_n - zero_.zero().force_n;
   const hal::Vector3 error_n =

@@ -53,14 +53,13 @@ Excess anything(const Effort& effort) {
     hal::RigSample sample = sample_at(i);
     sample.tip_position_mm = {0.0, 0.0, random.uniform() < 0.001 ? any() : 0.0};
     if (random.uniform() < 0.001) sample.status = 1U << static_cast<unsigned>(11.0 * random.uniform());
-    rt::TickRecord record;
-    const hal::Vector3 force = guard.release(guard.admit(sample), {any(), any(), any()}, 0, record);
+    const hal::Vector3 force = guard.release(guard.admit(sample), {any(), any(), any()}, 0);
     excess.force_n.see(std::max(0.0, rt::norm(force) - limits().max_force_n));
     const double most = 1e-3 * limits().max_force_rate_n_per_s;
     // A bound comes before the rate: what the bound on power takes from a force it takes at once.
     const bool cut = rt::norm(force) == 0.0;
     const bool weakened =
-        (record.guard_limits & rt::guard_limit::kPower) != 0 && rt::norm(force) < rt::norm(before);
+        (guard.limited() & rt::guard_limit::kPower) != 0 && rt::norm(force) < rt::norm(before);
     if (!cut && !weakened) excess.change_n.see(std::max(0.0, rt::norm(force - before) - most));
     if (guard.force_is_zero()) excess.fault_force_n.see(rt::norm(force));
     before = force;
@@ -71,14 +70,13 @@ Excess anything(const Effort& effort) {
 
 double cut_at_nan(const Effort&) {
   rt::Guard guard(limits(), kRateHz);
-  rt::TickRecord record;
   for (long i = 0; i < 100; ++i) {
-    guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0, record);
+    guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0);
   }
   hal::RigSample bad = sample_at(100);
   bad.sensor_force_n.x = std::nan("");
   for (long ticks = 0; ticks < 100; ++ticks) {
-    if (rt::norm(guard.release(guard.admit(bad), {0.0, 0.0, 5.0}, 0, record)) == 0.0)
+    if (rt::norm(guard.release(guard.admit(bad), {0.0, 0.0, 5.0}, 0)) == 0.0)
       return static_cast<double>(ticks);
   }
   return 100.0;
@@ -87,12 +85,11 @@ double cut_at_nan(const Effort&) {
 /// Ticks from the clear to the full force.
 double resumed(const Effort&) {
   rt::Guard guard(limits(), kRateHz);
-  rt::TickRecord record;
   guard.raise(rt::GuardFault::kStopped);
-  guard.release(guard.admit(sample_at(0)), {0.0, 0.0, 5.0}, 0, record);
+  guard.release(guard.admit(sample_at(0)), {0.0, 0.0, 5.0}, 0);
   guard.clear();
   for (long i = 1; i < 10'000; ++i) {
-    if (guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0, record).z == 5.0)
+    if (guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0).z == 5.0)
       return static_cast<double>(i);
   }
   return 1e4;
@@ -100,12 +97,11 @@ double resumed(const Effort&) {
 
 double power_bounded(const Effort&) {
   rt::Guard guard(limits(), kRateHz);
-  rt::TickRecord record;
   Largest largest;
   for (long i = 0; i < 5000; ++i) {
     hal::RigSample sample = sample_at(i);
     sample.tip_position_mm.z = std::min(9000.0, 2.0 * static_cast<double>(i));  // 2 m/s
-    const hal::Vector3 force = guard.release(guard.admit(sample), {0.0, 0.0, 8.0}, 0, record);
+    const hal::Vector3 force = guard.release(guard.admit(sample), {0.0, 0.0, 8.0}, 0);
     if (i > 200 && i < 4400) largest.see(1e-3 * force.z * 2000.0);
   }
   return largest.value();

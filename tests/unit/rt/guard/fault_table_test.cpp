@@ -52,7 +52,9 @@ class Bench {
     record_ = TickRecord{};
     Admission admission = guard_.admit(sample, noticed_only(fault) ? set_of(fault) : 0);
     fit_ = admission.is_fit();
-    return guard_.release(std::move(admission), {0.0, 0.0, kWantedN}, 0, record_).z;
+    const double force_n = guard_.release(std::move(admission), {0.0, 0.0, kWantedN}, 0).z;
+    guard_.fill_record(record_);
+    return force_n;
   }
 
   static bool raised_only(GuardFault fault) {

@@ -30,7 +30,9 @@ double norm(const hal::Vector3& v) {
 hal::Vector3 pass(Guard& guard, const hal::Vector3& wanted, const hal::RigSample& sample,
                   TickRecord& record) {
   record = TickRecord{};
-  return guard.release(guard.admit(sample), wanted, 0, record);
+  const hal::Vector3 force_n = guard.release(guard.admit(sample), wanted, 0);
+  guard.fill_record(record);
+  return force_n;
 }
 
 TEST(Guard, BoundsMagnitudeKeepingTheDirection) {

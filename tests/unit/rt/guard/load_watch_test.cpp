@@ -425,8 +425,7 @@ TEST(FreeAir, APipelineThatWantsTheWorstGetsThreeTenthsOfANewton) {
   Tool tool;
   Guard guard(modulating(), 1000.0);
   const auto pass = [&](const hal::Vector3& wanted_n) {
-    TickRecord record;
-    return size(guard.release(guard.admit(tool.sample), wanted_n, 0, record));
+    return size(guard.release(guard.admit(tool.sample), wanted_n, 0));
   };
   // Constant 8 N, waved: none before the zero is proven, then what may be read in free air.
   tool.wave();
@@ -488,12 +487,10 @@ TEST(FreeAir, IsNoMatterOfAssistanceNorOfAWall) {
   double assisted_n = 0.0;
   for (int i = 0; i < 100; ++i) {
     tool.tick();
-    TickRecord record;
-    wall_n = size(of_wall.release(of_wall.admit(tool.sample), {0.0, 0.0, 4.0}, 0, record));
-    EXPECT_FALSE(record.guard_limits & guard_limit::kFreeAir);
-    TickRecord other;
-    assisted_n = size(guard.release(guard.admit(tool.sample), {0.0, 0.0, 8.0}, 0, other, {2.0, 0.0, 0.0}));
-    EXPECT_TRUE(other.guard_limits & guard_limit::kFreeAir);
+    wall_n = size(of_wall.release(of_wall.admit(tool.sample), {0.0, 0.0, 4.0}, 0));
+    EXPECT_FALSE(of_wall.limited() & guard_limit::kFreeAir);
+    assisted_n = size(guard.release(guard.admit(tool.sample), {0.0, 0.0, 8.0}, 0, {2.0, 0.0, 0.0}));
+    EXPECT_TRUE(guard.limited() & guard_limit::kFreeAir);
   }
   EXPECT_NEAR(wall_n, 4.0, 1e-9);
   EXPECT_NEAR(assisted_n, 2.0, 0.05);
@@ -504,25 +501,24 @@ TEST(FreeAir, ASilentSensorIsNoFreeAirUntilItIsStale) {
   GuardLimits limits = modulating();
   limits.sensor_stale_after_ms = 20.0;
   Guard guard(limits, 1000.0);
-  TickRecord record;
   tool.wave();
   for (int i = 0; i < 1000; ++i) {
     tool.tick();
-    (void)guard.release(guard.admit(tool.sample), {}, 0, record);
+    (void)guard.release(guard.admit(tool.sample), {}, 0);
   }
   tool.rest();
   for (int i = 0; i < 300; ++i) {
     tool.offset_mm.z -= 0.01;
     tool.load_n.z = 0.01 * i;
     tool.tick();
-    (void)guard.release(guard.admit(tool.sample), {0.0, 0.0, 5.0}, 0, record);
+    (void)guard.release(guard.admit(tool.sample), {0.0, 0.0, 5.0}, 0);
   }
   EXPECT_NEAR(size(guard.force_n()), 5.0, 1e-9);
   tool.sample.status = hal::sample_status::kForceMissing;
   for (int i = 0; i < 150; ++i) {
     tool.sample.time_ns += 1'000'000;
     tool.sample.force_age_ns += 1'000'000;
-    (void)guard.release(guard.admit(tool.sample), {0.0, 0.0, 5.0}, 0, record);
+    (void)guard.release(guard.admit(tool.sample), {0.0, 0.0, 5.0}, 0);
     if (i == 15) {
       EXPECT_NEAR(size(guard.force_n()), 5.0, 1e-9) << "what is pressed is held";
     }

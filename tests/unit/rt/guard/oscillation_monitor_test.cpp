@@ -114,27 +114,27 @@ TEST(OscillationMonitor, TheGuardCutsAndLatchesAndWatchesAgainAfterAClear) {
   Guard guard(limits, 1000.0);
   ShakenHand hand;
   hal::RigSample sample;
-  TickRecord record;
   double force_n = 0.0;
   const auto run_until_latched = [&] {
     for (int i = 0; i < 2000 && guard.state() != GuardState::kLatched; ++i) {
       ++sample.tick;
       sample.time_ns = static_cast<std::int64_t>(sample.tick) * 1'000'000;
       sample.tip_position_mm.z += hand.step_mm(force_n, 1e-3);
-      record = {};
       const double wanted_n = 4.0 * std::sin(kTwoPi * 30.0 * 1e-9 * static_cast<double>(sample.time_ns));
-      force_n = guard.release(guard.admit(sample), {0.0, 0.0, wanted_n}, 0, record).z;
+      force_n = guard.release(guard.admit(sample), {0.0, 0.0, wanted_n}, 0).z;
     }
     return guard.state() == GuardState::kLatched;
   };
   for (int round = 0; round < 2; ++round) {
     ASSERT_TRUE(run_until_latched());
     EXPECT_EQ(guard.fault(), GuardFault::kOscillation);
+    TickRecord record;
+    guard.fill_record(record);
     EXPECT_EQ(record.faults_present, set_of(GuardFault::kOscillation));
     EXPECT_EQ(force_n, 0.0) << "in the tick in which it is noticed";
     EXPECT_FALSE(guard.clear()) << "still in the last sample";
     sample.time_ns = static_cast<std::int64_t>(++sample.tick) * 1'000'000;
-    guard.release(guard.admit(sample), {}, 0, record);
+    guard.release(guard.admit(sample), {}, 0);
     EXPECT_TRUE(guard.clear());
   }
 }
