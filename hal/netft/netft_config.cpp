@@ -63,12 +63,13 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
                       .code = hal::ErrorCode::kContradiction};
   }
   if (config.retry_first_ms > config.retry_longest_ms) {
-    return hal::Error{.what = "the first retry waits longer than the longest",
-                      .where = place("retry_first_ms"),
-                      .value = hal::number_text(config.retry_first_ms, 9) + " ms",
-                      .limit = "at most retry_longest_ms, " + hal::number_text(config.retry_longest_ms, 9) + " ms",
-                      .remedy = "lower it",
-                      .code = hal::ErrorCode::kContradiction};
+    return hal::Error{
+        .what = "the first retry waits longer than the longest",
+        .where = place("retry_first_ms"),
+        .value = hal::number_text(config.retry_first_ms, 9) + " ms",
+        .limit = "at most retry_longest_ms, " + hal::number_text(config.retry_longest_ms, 9) + " ms",
+        .remedy = "lower it",
+        .code = hal::ErrorCode::kContradiction};
   }
   // The address goes into an HTTP request: it must not end the line or begin a path.
   constexpr std::string_view kInNames = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:";

@@ -58,7 +58,8 @@ hal::PartReport NetFtSensor::report() const {
           "no data come from the box: check its power and cable, and that no other client takes the stream");
     } else if (rate > 0.0 && rate_set > 0.0 && rate < 0.9 * rate_set) {
       findings.push_back("only " + hal::number_text(std::round(rate)) + " samples a second arrive of the " +
-                         hal::number_text(rate_set) + " the box is set to: check network and load of the machine");
+                         hal::number_text(rate_set) +
+                         " the box is set to: check network and load of the machine");
     }
     if (counters_.loss_share.load() > kNoticeableLoss) {
       findings.push_back(

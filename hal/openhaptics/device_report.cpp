@@ -57,8 +57,9 @@ void find_of_facts(const OpenHapticsConfig& config, const DeviceFacts& facts,
                        config.model + " hold; check that this is the model");
   }
   if (facts.max_force_n > 0.0 && config.max_force_n && *config.max_force_n > facts.max_force_n) {
-    findings.push_back("max_force_n = " + hal::number_text(*config.max_force_n, 5) + " N is beyond the device's " +
-                       hal::number_text(facts.max_force_n, 5) + " N, which are used; lower it");
+    findings.push_back("max_force_n = " + hal::number_text(*config.max_force_n, 5) +
+                       " N is beyond the device's " + hal::number_text(facts.max_force_n, 5) +
+                       " N, which are used; lower it");
   }
   if (!facts.calibration_known) {
     findings.push_back(

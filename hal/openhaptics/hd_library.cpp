@@ -9,7 +9,6 @@
 
 #include "hal/shown_text.h"
 
-
 namespace hapticd::openhaptics {
 
 namespace {

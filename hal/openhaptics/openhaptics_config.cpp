@@ -63,9 +63,10 @@ std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   };
   for (const Bound& bound : bounds) {
     if (bound.value >= bound.low && bound.value <= bound.high) continue;
-    return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(bound.key) + " is out of range",
-                          where + ", " + bound.key, hal::number_text(bound.value, 5),
-                          hal::number_text(bound.low, 5) + " … " + hal::number_text(bound.high, 5) + " " + bound.unit, "");
+    return hal::Error::of(
+        hal::ErrorCode::kOutOfRange, std::string(bound.key) + " is out of range", where + ", " + bound.key,
+        hal::number_text(bound.value, 5),
+        hal::number_text(bound.low, 5) + " … " + hal::number_text(bound.high, 5) + " " + bound.unit, "");
   }
   const hal::Quaternion& q = config.tool_to_stylus;
   const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);

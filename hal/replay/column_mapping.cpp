@@ -6,7 +6,6 @@
 
 #include "hal/shown_text.h"
 
-
 namespace hapticd::replay {
 namespace {
 

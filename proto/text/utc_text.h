@@ -7,8 +7,8 @@
 
 namespace hapticd::text {
 
-/// An instant in UTC as ISO 8601 has it, "2026-11-24T00:52:00Z", with `digits` (0 … 9) of the second's fraction, cut
-/// off. `unix_ns` ≥ 0, since 1970.
+/// An instant in UTC as ISO 8601 has it, "2026-11-24T00:52:00Z", with `digits` (0 … 9) of the second's
+/// fraction, cut off. `unix_ns` ≥ 0, since 1970.
 inline std::string utc_text(std::int64_t unix_ns, int digits = 0) {
   constexpr std::int64_t kSecond = 1'000'000'000;
   const auto seconds = static_cast<std::time_t>(unix_ns / kSecond);

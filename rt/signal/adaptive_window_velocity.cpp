@@ -79,10 +79,13 @@ template <class Value>
 void BasicAdaptiveWindowVelocity<Value>::fit_end() noexcept {
   constexpr bool kSharesTimes = std::is_same_v<Value, hal::Vector3>;
   const Reading* const newest = &reading(0);
-  const auto per_period = [newest](const Reading* earlier) { return 1.0 / (newest->periods - earlier->periods); };
+  const auto per_period = [newest](const Reading* earlier) {
+    return 1.0 / (newest->periods - earlier->periods);
+  };
   std::array<double, kMaxWindow> shared;  // 1/(t_k - t_j), for all axes
   if constexpr (kSharesTimes) {
-    for (int n = 0; n < points_; ++n) shared[static_cast<std::size_t>(n)] = per_period(newest - (n + 1) * spacing_);
+    for (int n = 0; n < points_; ++n)
+      shared[static_cast<std::size_t>(n)] = per_period(newest - (n + 1) * spacing_);
   }
   window_ = points_;
   each_axis(velocity_mm_per_s_, [&](auto of, double& velocity_mm_per_s) {

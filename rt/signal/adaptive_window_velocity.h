@@ -14,8 +14,8 @@ namespace hapticd::rt {
 /// Noise goes with the bound over the window's time, so the window's points lie a millisecond apart if ticks
 /// are shorter: as many points, as long a window and as quiet a velocity, brought up to date at every tick.
 /// Slopes are taken over the measured times of the positions, so a late tick does not show as velocity.
-/// `Value` is one position, or a vector of three that are measured at the same instants: encoders are read and
-/// rounded axis by axis, so each axis has a window of its own; the times are taken once for all of them.
+/// `Value` is one position, or a vector of three that are measured at the same instants: encoders are read
+/// and rounded axis by axis, so each axis has its own window; the times are taken once for all of them.
 template <class Value>
 class BasicAdaptiveWindowVelocity {
  public:

@@ -36,7 +36,11 @@ std::int64_t unix_s() {
 }  // namespace
 
 SensorBiases::SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file)
-    : session_(session), scenes_(scenes), hub_(hub), file_(std::move(file)), started_(text::utc_text(unix_s() * kSecondNs)) {}
+    : session_(session),
+      scenes_(scenes),
+      hub_(hub),
+      file_(std::move(file)),
+      started_(text::utc_text(unix_s() * kSecondNs)) {}
 
 std::string SensorBiases::identity_of(std::uint32_t serial) const {
   return fmt::format("{}/{}", started_, serial);
@@ -133,8 +137,9 @@ void SensorBiases::keep(const SensorBias& bias) const {
     out << "id,taken_utc,tip_x_mm,tip_y_mm,tip_z_mm,orientation_w,orientation_x,orientation_y,"
            "orientation_z\n";
   out << fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{:.6f}\n", bias.id,
-                     text::utc_text(bias.taken_unix_s * kSecondNs), bias.tip_mm.x, bias.tip_mm.y, bias.tip_mm.z,
-                     bias.orientation.w, bias.orientation.x, bias.orientation.y, bias.orientation.z);
+                     text::utc_text(bias.taken_unix_s * kSecondNs), bias.tip_mm.x, bias.tip_mm.y,
+                     bias.tip_mm.z, bias.orientation.w, bias.orientation.x, bias.orientation.y,
+                     bias.orientation.z);
   if (!out.flush()) log_warning("the bias could not be recorded in " + file_);
 }
 

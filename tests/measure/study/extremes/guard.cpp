@@ -89,8 +89,7 @@ double resumed(const Effort&) {
   guard.release(guard.admit(sample_at(0)), {0.0, 0.0, 5.0}, 0);
   guard.clear();
   for (long i = 1; i < 10'000; ++i) {
-    if (guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0).z == 5.0)
-      return static_cast<double>(i);
+    if (guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0).z == 5.0) return static_cast<double>(i);
   }
   return 1e4;
 }

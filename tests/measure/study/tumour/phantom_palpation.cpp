@@ -5,8 +5,8 @@
 #include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
 #include "server/identification/gate/palpation_tracker.h"
-#include "tests/reference/contact_fit.h"
 #include "tests/measure/study/common/scenes.h"
+#include "tests/reference/contact_fit.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

@@ -199,7 +199,8 @@ void press(Tool& tool) {
   tool.run(0.2);
 }
 
-/// Pressed onto a spring that bears little of what is felt: the reading relaxes from 70 to 42 mN while the tip rests.
+/// Pressed onto a spring that bears little of what is felt: the reading relaxes from 70 to 42 mN while the
+/// tip rests.
 void press_what_bears_little(Tool& tool) {
   for (int i = 0; i < 200; ++i) {
     tool.offset_mm.z -= 0.01;
