@@ -42,15 +42,13 @@ struct LoadWatchParameters {
 ///               the same slope, and the reading itself has changed by most of it between them. It does not
 ///               count if nothing is read any more afterwards: then a load has gone; nor, under load, between
 ///               slots of uneven length: a late clock samples a contact unevenly.
-///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for
-///   there
-///               is something to press. As long as nothing but that step is read any more, the reading shows
-///               no load; once the tip moves meanwhile, it was a jump, and the object has been left. A step
-///               back withdraws it, and so does a reading of nothing for 0.1 s.
-///   swing       what is read while the tool's mass may swing behind the encoders: the forces of late, the
-///   device's
-///               and the object's, may make it show more than kLoadN. A reading that begins then, or turns by
-///               more than 60° within some 10 ms, is a load only once it has lasted longer than half a swing.
+///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
+///               is something to press. As long as nothing but that step is read any more, the reading shows no
+///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back
+///               withdraws it, and so does a reading of nothing for 0.1 s.
+///   swing       what is read while the tool's mass may swing behind the encoders: the forces of late, the device's
+///               and the object's, may make it show more than kLoadN. A reading that begins then, or turns by more
+///               than 60° within some 10 ms, is a load only once it has lasted longer than half a swing.
 ///   suspected   from the first slot that changes by kStepN until the reading has risen three times running,
 ///               as that of a contact does, or the step is confirmed or refuted: 6 slots at most.
 ///   waiting     after a jump and after a bias: the zero is not proven before the reading has stayed what it
@@ -64,10 +62,9 @@ struct LoadWatchParameters {
 ///               difference of the positions over 6 slots is the mean acceleration under the same triangle.
 ///               A mean that points elsewhere is what was, not what is.
 ///               |r| > kLoadN + m kUnseenMmPerS2 is one at once.
-///   held        what is left of a load, kHeldShare of it at least, is one as long as the tip stays within
-///   kHeldMm of
-///               where it was seen last: an object far softer than its target bears little of what is felt,
-///               and relaxes.
+///   held        what is left of a load, kHeldShare of it at least, is one as long as the tip stays within kHeldMm of
+///               where it was seen last: an object far softer than its target bears little of what is felt, and
+///               relaxes.
 ///
 /// The zero is followed below kLoadN, no faster than kFollowNPerS; one that has just been taken over, in
 /// motion, within half a second. A step with which the tip loses half of its speed is an impact. NaN never
@@ -211,7 +208,7 @@ class LoadWatch {
   hal::Vector3 weight_in_zero_n_;
   /// A ring, written twice, so that what it holds also is in one piece, the newest last at newest_.
   std::array<Slot, 2 * kSlots> slots_{};
-  std::size_t newest_ = 0;    ///< 0: there has been none
+  std::size_t newest_ = 0;  ///< 0: there has been none
   bool is_after_gap_ = true;  ///< there are not yet enough slots to know the acceleration
   std::size_t filled_ = 0;  ///< of them, those since the last interruption, up to kSlots
   Slot under_way_{};        ///< with the sum of its readings
