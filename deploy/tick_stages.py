@@ -31,6 +31,7 @@ STAGES = {  # folder: what it does, in the order of a tick
     "rt/assist": "guide and fixture",
     "rest": "record set to zero and passed on, library functions",
 }
+SAME = {"rt/explore": "rt/scene", "rt/contribution": "rt/modulation", "rt/arm": "rt/signal"}
 NAME = re.compile(r"\((\d+)\)(?: (.*))?")
 COST = re.compile(r"[+*-]?\d* \d+$")
 
@@ -39,7 +40,8 @@ def stage_of(path):
     if "/load_watch" in path or path.startswith("rt/guard/load_watch") or "stiffness_fit" in path:
         return "load watch"
     found = re.search(r"(?:^|/)(rt/[a-z]+)/", path)
-    return found.group(1) if found and found.group(1) in STAGES else None
+    stage = SAME.get(found.group(1), found.group(1)) if found else None
+    return stage if stage in STAGES else None
 
 
 def instructions(profile):
