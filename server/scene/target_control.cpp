@@ -20,13 +20,13 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 constexpr Range kTargetStiffness{0.0, 1000.0, "N/mm"};
-constexpr Range kRampS{0.0, 60.0, "s"};
+constexpr Range kTargetRampS{0.0, 60.0, "s"};
 constexpr Range kHandForceN{-100.0, 100.0, "N"};
 constexpr nanoseconds kFurthestAhead = std::chrono::seconds{60};
 /// How long before its time a target is handed to the loop: longer than any expected stall of this thread.
 /// Until then it waits outside, where it can be withdrawn at once and uses no slot of the loop.
 constexpr milliseconds kHandOver{100};
-constexpr milliseconds kPollInterval{20};
+constexpr milliseconds kTargetPollInterval{20};
 
 Refusal refuse(const hal::Error& error, double value) {
   return {std::isfinite(value) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, error};
@@ -87,7 +87,7 @@ Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scen
 
 std::optional<Refusal> validate(const TargetRequest& request, std::int64_t now_ns) {
   if (request.ramp_s) {
-    if (auto error = check(*request.ramp_s, kRampS, "ramp", "SetTargetRequest.ramp_s")) {
+    if (auto error = check(*request.ramp_s, kTargetRampS, "ramp", "SetTargetRequest.ramp_s")) {
       return refuse(*error, *request.ramp_s);
     }
   }
@@ -187,7 +187,7 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
                      {"the deadline passed before the target's time; it is withdrawn", "SetTarget", "", "",
                       "set a deadline beyond at_time_ns"}};
     }
-    std::this_thread::sleep_for(kPollInterval);
+    std::this_thread::sleep_for(kTargetPollInterval);
   }
   return std::nullopt;
 }
@@ -220,7 +220,7 @@ void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec&
                       scene.max_target_change_n_per_s, now.displacement_mm, change_n);
     }
   }
-  min_s = std::min(min_s, kRampS.max);
+  min_s = std::min(min_s, kTargetRampS.max);
   if (wanted_s >= min_s) return;
   set.ramp_s = min_s;
   std::string& said = set.grant.explanation;
