@@ -37,8 +37,12 @@ class FlightRecorderTest : public RecordingTest {
       done += now;
     }
   }
+  /// All incidents, once there are `count` and the last one is written to its end.
   std::vector<RecordingInfo> incidents(std::size_t count) {
-    EXPECT_TRUE(await([&] { return flight().list()->size() >= count && flight().last().has_value(); }));
+    EXPECT_TRUE(await([&] {
+      const auto list = *flight().list();
+      return list.size() >= count && !list.back().end_reason.empty() && flight().last().has_value();
+    }));
     return *flight().list();
   }
   Seen seen_of(const RecordingInfo& info) { return read_all(*flight().path_of(info.id)); }
