@@ -265,7 +265,8 @@ bool LoadWatch::shows_load(const Load& now) const noexcept {
 }
 
 bool LoadWatch::is_held(const Load& now) const noexcept {
-  if (unloaded_s_ > kPressedS || squared(noted_n_) > 0.0) return false;
+  // A tool that was shaken so much of late may bounce.
+  if (unloaded_s_ > kPressedS || squared(noted_n_) > 0.0 || peak_inertia_n_ > kLoadN) return false;
   return !exceeds(before(0).tip_mm - held_tip_mm_, kHeldMm) &&
          dot(now.steady_n, held_n_) > kHeldShare * squared(held_n_);
 }

@@ -63,8 +63,8 @@ struct LoadWatchParameters {
 ///               A mean that points elsewhere is what was, not what is.
 ///               |r| > kLoadN + m kUnseenMmPerS2 is one at once.
 ///   held        what is left of a load, kHeldShare of it at least, is one as long as the tip stays within kHeldMm of
-///               where it was seen last: an object far softer than its target bears little of what is felt, and
-///               relaxes.
+///               where it was seen last and the tool's inertia of late is below kLoadN: an object far softer than its
+///               target bears little of what is felt, and relaxes.
 ///
 /// The zero is followed below kLoadN, no faster than kFollowNPerS; one that has just been taken over, in
 /// motion, within half a second. A step with which the tip loses half of its speed is an impact. NaN never
