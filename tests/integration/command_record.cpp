@@ -14,7 +14,7 @@ CommandRecord::CommandRecord(const std::shared_ptr<grpc::Channel>& channel)
     : stub_(v1::TelemetryService::NewStub(channel)) {
   v1::SubscribeRequest request;
   for (const v1::FieldGroup group :
-       {v1::FIELD_GROUP_SAMPLE, v1::FIELD_GROUP_GUARD, v1::FIELD_GROUP_TARGET, v1::FIELD_GROUP_DEFORMATION}) {
+       {v1::FIELD_GROUP_GUARD, v1::FIELD_GROUP_TARGET, v1::FIELD_GROUP_DEFORMATION}) {
     request.add_groups(group);
   }
   request.set_queue_samples(60000);
@@ -27,9 +27,7 @@ CommandRecord::CommandRecord(const std::shared_ptr<grpc::Channel>& channel)
       const std::lock_guard lock(mutex_);
       for (const v1::TelemetrySample& sample : batch.samples()) {
         const v1::Vector3& force = sample.guard().device_command_n();
-        const v1::Vector3& tip = sample.sample().tip_position_mm();
         ticks_[sample.tick()] = {{force.x(), force.y(), force.z()},
-                                 {tip.x(), tip.y(), tip.z()},
                                  sample.guard().state(),
                                  sample.target().target_stiffness_n_per_mm(),
                                  sample.deformation().displacement_mm()};
@@ -92,9 +90,7 @@ LargestStep largest_step(const std::map<std::uint64_t, CommandRecord::Tick>& tic
                          later->second.state == v1::GUARD_STATE_RENDERING;
     if (!renders || later->first != earlier->first + 1) continue;
     const hal::Vector3 step = later->second.force_n - earlier->second.force_n;
-    const hal::Vector3 moved_mm = later->second.tip_mm - earlier->second.tip_mm;
-    const double step_n =
-        std::sqrt(dot(step, step)) - later->second.target_n_per_mm * std::sqrt(dot(moved_mm, moved_mm));
+    const double step_n = std::sqrt(dot(step, step));
     if (step_n <= largest.step_n) continue;
     largest.step_n = step_n;
     at = later->first;
@@ -104,8 +100,7 @@ LargestStep largest_step(const std::map<std::uint64_t, CommandRecord::Tick>& tic
        ++tick) {
     const CommandRecord::Tick& t = tick->second;
     around << "tick " << tick->first << ": " << t.force_n.x << " " << t.force_n.y << " " << t.force_n.z
-           << " N, target " << t.target_n_per_mm << " N/mm, " << t.displacement_mm << " mm, tip "
-           << t.tip_mm.z << " mm\n";
+           << " N, target " << t.target_n_per_mm << " N/mm, " << t.displacement_mm << " mm\n";
   }
   largest.around = around.str();
   return largest;

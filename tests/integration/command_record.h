@@ -17,7 +17,6 @@ class CommandRecord {
  public:
   struct Tick {
     hal::Vector3 force_n;
-    hal::Vector3 tip_mm;
     v1::GuardState state = v1::GUARD_STATE_UNSPECIFIED;
     double target_n_per_mm = 0.0;
     double displacement_mm = 0.0;
@@ -50,8 +49,8 @@ class CommandRecord {
   std::thread thread_;
 };
 
-/// The largest change of the command between two ticks that follow each other while the guard renders, beyond
-/// what the target's stiffness makes of the tip's motion between them, and what was commanded around it.
+/// The largest change of the command between two ticks that follow each other while the guard renders, and
+/// what was commanded around it.
 struct LargestStep {
   double step_n = 0.0;
   std::string around;
