@@ -23,9 +23,10 @@ CallQuota::CallQuota(int max_calls, double max_calls_per_s)
     : max_calls_(max_calls), max_calls_per_s_(max_calls_per_s), accounts_(std::make_shared<Accounts>()) {}
 
 Outcome<CallQuota::Place> CallQuota::take(const std::string& identity, Clock::time_point now) {
-  const MutexLock lock(accounts_->mutex);
-  if (accounts_->by_identity.size() > kManyIdentities) forget_idle(now);
-  const auto [found, is_new] = accounts_->by_identity.try_emplace(identity);
+  Accounts& accounts = *accounts_;
+  const MutexLock lock(accounts.mutex);
+  if (accounts.by_identity.size() > kManyIdentities) forget_idle(accounts, now);
+  const auto [found, is_new] = accounts.by_identity.try_emplace(identity);
   Account& account = found->second;
   const double silent_s = std::chrono::duration<double>(now - account.since).count();
   account.allowance =
@@ -44,14 +45,14 @@ Outcome<CallQuota::Place> CallQuota::take(const std::string& identity, Clock::ti
   }
   account.allowance -= 1.0;
   ++account.calls;
-  return Place(this, [accounts = accounts_, identity](const void*) {
-    const MutexLock returning(accounts->mutex);
-    --accounts->by_identity.at(identity).calls;
+  return Place(this, [kept = accounts_, identity](const void*) {
+    const MutexLock returning(kept->mutex);
+    --kept->by_identity.at(identity).calls;
   });
 }
 
-void CallQuota::forget_idle(Clock::time_point now) {
-  std::erase_if(accounts_->by_identity, [now](const auto& entry) {
+void CallQuota::forget_idle(Accounts& accounts, Clock::time_point now) {
+  std::erase_if(accounts.by_identity, [now](const auto& entry) {
     return entry.second.calls == 0 && now - entry.second.since > std::chrono::seconds(1);
   });
 }

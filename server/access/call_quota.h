@@ -33,7 +33,7 @@ class CallQuota {
     Mutex mutex;
     std::map<std::string, Account> by_identity GUARDED_BY(mutex);
   };
-  void forget_idle(Clock::time_point now);
+  static void forget_idle(Accounts& accounts, Clock::time_point now) REQUIRES(accounts.mutex);
 
   const int max_calls_;
   const double max_calls_per_s_;

@@ -13,7 +13,6 @@ namespace {
 using Kind = sim::HandProgram::Kind;
 
 constexpr double kClearOfObjectsMm = 80.0;
-constexpr double kBeyondLineMm = 8.0;  ///< a scan reaches so much farther than the strokes, on either side
 
 bool says(const std::string& words, const char* what) {
   return words.find(what) != std::string::npos;

@@ -42,7 +42,7 @@ struct Race {
 
   /// Runs one path to its end.
   template <class Run>
-  void follow(Path& path, Run&& run) {
+  void follow(Path Race::*path, Run&& run) {
     Path end;
     try {
       end.answer = run();
@@ -52,7 +52,7 @@ struct Race {
     end.at = std::chrono::steady_clock::now();
     end.is_over = true;
     const MutexLock lock(mutex);
-    path = std::move(end);
+    this->*path = std::move(end);
     changed.notify_all();
   }
 };
@@ -88,7 +88,7 @@ StopOutcome stop_by_both(const ClientOptions& options, const std::shared_ptr<grp
     // Ahead of what floods this machine, where this user may.
     const sched_param ahead{.sched_priority = sched_get_priority_min(SCHED_RR)};
     pthread_setschedparam(pthread_self(), SCHED_RR, &ahead);
-    race.follow(race.port, [&] {
+    race.follow(&Race::port, [&] {
       v1::StopResponse answer;
       answer.set_guard_state(v1::GUARD_STATE_LATCHED);
       answer.set_guard_fault(v1::GUARD_FAULT_STOPPED);
@@ -101,7 +101,7 @@ StopOutcome stop_by_both(const ClientOptions& options, const std::shared_ptr<grp
   context.set_deadline(std::chrono::system_clock::now() + options.timeout);
   std::thread by_call([&] {
     pthread_setname_np(pthread_self(), "stop-call");
-    race.follow(race.service, [&] {
+    race.follow(&Race::service, [&] {
       v1::StopRequest request;
       request.set_reason(reason.substr(0, kMaxStopReason));
       v1::StopResponse answer;

@@ -23,7 +23,7 @@ constexpr std::uint32_t kMaxListed = 1000;
 constexpr std::size_t kMaxInBatch = 200;
 constexpr std::size_t kMaxText = 1000;
 /// How often a watcher that hears nothing is asked whether it is still there.
-constexpr std::chrono::milliseconds kWatchSlice{100};
+constexpr std::chrono::milliseconds kEventWatchSlice{100};
 
 v1::EventSeverity severity_of(EventKind kind) {
   switch (kind) {
@@ -85,7 +85,7 @@ grpc::Status EventService::WatchEvents(grpc::ServerContext* context, const v1::W
   // A number that is still to come was one of an earlier run.
   std::uint64_t seen = request->after_number() > board_.last() ? 0 : request->after_number();
   bool is_first = true;
-  while (board_.await_after(seen, is_first ? std::chrono::milliseconds(0) : kWatchSlice)) {
+  while (board_.await_after(seen, is_first ? std::chrono::milliseconds(0) : kEventWatchSlice)) {
     if (caller.cancelled()) return grpc::Status::CANCELLED;
     v1::EventBatch batch;
     const auto write = [&] {

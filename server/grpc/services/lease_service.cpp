@@ -19,7 +19,7 @@ namespace {
 constexpr Range kTtlS{1.0, 60.0, "s"};
 constexpr std::size_t kMaxPurpose = 200;
 /// How often a watcher that hears nothing is asked whether it is still there.
-constexpr std::chrono::milliseconds kWatchSlice{100};
+constexpr std::chrono::milliseconds kLeaseWatchSlice{100};
 
 template <class Request>
 Outcome<LeaseTerms> terms_of(const Request& request, const char* where) {
@@ -101,7 +101,7 @@ grpc::Status LeaseService::WatchLease(grpc::ServerContext* context, const v1::Wa
   if (!counted.admitted()) return counted.refusal("watchers", "WatchLease");
   const Caller caller = caller_of(*context);
   for (std::uint64_t seen = 0; !caller.cancelled() && !desk_.ended();) {
-    const LeaseSnapshot state = desk_.await_change(seen, LeaseDesk::Clock::now() + kWatchSlice);
+    const LeaseSnapshot state = desk_.await_change(seen, LeaseDesk::Clock::now() + kLeaseWatchSlice);
     if (state.version == seen) continue;
     seen = state.version;
     v1::LeaseState message;

@@ -64,7 +64,10 @@ std::optional<hal::Error> FlightRecorder::open() {
   problem_ = folder_.open();
   if (problem_) return problem_;
   for (const std::string& line : folder_.repair_all()) log_warning(line);
-  if (const auto all = folder_.list(); !all.empty()) last_ = Last{all.back().id, all.back().end_reason};
+  if (const auto all = folder_.list(); !all.empty()) {
+    const MutexLock lock(mutex_);
+    last_ = Last{all.back().id, all.back().end_reason};
+  }
   auto ring = take_ring(config_.ring_folder.empty() ? config_.folder : config_.ring_folder, table_.columns(),
                         ticks_in(kRingS, sources_.rate_hz), sources_.rate_hz, left_);
   if (!ring) {
@@ -277,7 +280,7 @@ void FlightRecorder::begin_incident(Incident incident) {
     pending_->due_tick = std::min(due_tick, pending_->latest_tick);
     return;
   }
-  pending_.emplace();
+  pending_ = Pending{};
   pending_->incident = std::move(incident);
   pending_->due_tick = due_tick;
   pending_->latest_tick = pending_->incident.tick + ticks_in(kMaxAfterS, sources_.rate_hz);

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using recording::EventKind;
 
-constexpr std::uint64_t kTicksPerS = 100;
+constexpr std::int64_t kTicksPerS = 100;
 constexpr std::int64_t kBeforeTicks = 20 * kTicksPerS;
 constexpr std::int64_t kAfterTicks = 2 * kTicksPerS;
 

@@ -162,7 +162,7 @@ TEST_F(Skeleton, ItLetsGoOfTheDeviceWithoutForce) {
 TEST_F(Skeleton, ReadAndWriteAllocateNothing) {
   engage();
   tick(1.0);
-  const std::size_t before = test::allocations();
+  const auto before = test::allocations();
   for (int i = 0; i < 1000; ++i) tick(1.0);
   EXPECT_EQ(test::allocations(), before);
 }

@@ -160,7 +160,8 @@ INSTANTIATE_TEST_SUITE_P(Objects, Tap,
                          });
 
 TEST_P(Tap, StrikesTheSurfaceAtItsSpeed) {
-  const auto& [object, speed_mm_per_s] = GetParam();
+  const auto& object = std::get<0>(GetParam());
+  const double speed_mm_per_s = std::get<1>(GetParam());
   VirtualRig rig(
       {.object = object, .rate_hz = 10000.0},
       {.kind = HandProgram::Kind::kTap, .speed_mm_per_s = speed_mm_per_s, .rate_hz = 1.0, .repetitions = 4});
