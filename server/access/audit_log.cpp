@@ -38,6 +38,7 @@ std::string to_json(const AuditLine& line) {
   if (!line.arguments.empty()) json["arguments"] = line.arguments;
   if (!line.problem.empty()) json["problem"] = line.problem;
   if (line.effective_tick) json["effective_tick"] = *line.effective_tick;
+  if (line.refusals_not_written != 0) json["refusals_not_written"] = line.refusals_not_written;
   // JSON itself escapes no C1.
   return text::printable(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
@@ -103,6 +104,7 @@ void AuditLog::write(AuditLine line) {
   if (!sinks_->file && !sinks_->journal) return;
   {
     const MutexLock lock(mutex_);
+    if (!admit(line)) return;
     if (queue_.size() >= kMaxQueue) {
       ++dropped_;
       return;
@@ -110,6 +112,24 @@ void AuditLog::write(AuditLine line) {
     queue_.push_back(std::move(line));
   }
   arrived_.notify_one();
+}
+
+bool AuditLog::admit(AuditLine& line) {
+  constexpr std::size_t kMaxIdentities = 1024;  // beyond that the others share one
+  const bool is_refused = line.outcome != "OK";
+  auto own = refusals_.find(line.identity);
+  if (own == refusals_.end()) {
+    if (!is_refused) return true;
+    const bool is_full = refusals_.size() >= kMaxIdentities;
+    own = refusals_.try_emplace(is_full ? std::string{} : line.identity, kRefusalsPerS).first;
+  }
+  if (!is_refused) {
+    line.refusals_not_written = own->second.take_counted();
+    return true;
+  }
+  const auto before = own->second.take(ReportRate::Time::clock::now());
+  line.refusals_not_written = before.value_or(0);
+  return before.has_value();
 }
 
 std::uint64_t AuditLog::dropped() const {

@@ -6,12 +6,14 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <unordered_map>
 #include <utility>
 
 #include "hal/error.h"
 #include "hal/lock/callback.h"
 #include "hal/lock/mutex.h"
 #include "server/config/access_config.h"
+#include "server/process/report_rate.h"
 
 namespace hapticd::server {
 
@@ -28,6 +30,7 @@ struct AuditLine {
   std::string outcome;    ///< name of the status code
   std::string problem;    ///< why it was refused
   std::optional<std::uint64_t> effective_tick;
+  std::uint64_t refusals_not_written = 0;  ///< of this identity since its last line; filled in
 };
 
 /// Turns a line into JSON, without its end.
@@ -35,10 +38,14 @@ std::string to_json(const AuditLine& line);
 
 /// Writes lines to a file that is rotated, and to the journal of systemd, on its own thread. write() never
 /// waits for a disk: what does not fit into the queue is dropped and counted, and the count is written.
+/// Refused calls, which anyone may repeat as fast as they can, are written up to kRefusalsPerS for each
+/// identity, so that none can rotate the lines of the others away; how many more there were is in its next
+/// line.
 class AuditLog {
  public:
   static constexpr std::size_t kMaxQueue = 4096;
   static constexpr std::size_t kKeptFiles = 5;
+  static constexpr int kRefusalsPerS = 20;
 
   /// Opens the log. An error if the file cannot be written to.
   static hal::Result<std::unique_ptr<AuditLog>> open(const AccessConfig& config);
@@ -57,12 +64,15 @@ class AuditLog {
   struct Sinks;
   explicit AuditLog(std::unique_ptr<Sinks> sinks);
   void run();
+  /// Returns false if the identity of `line` has had too many refusals of late.
+  bool admit(AuditLine& line) REQUIRES(mutex_);
 
   const std::unique_ptr<Sinks> sinks_;
   Callback<void(const AuditLine&)> look_;
   mutable Mutex mutex_;
   Condition arrived_;
   std::deque<AuditLine> queue_ GUARDED_BY(mutex_);
+  std::unordered_map<std::string, ReportRate> refusals_ GUARDED_BY(mutex_);  ///< by identity
   std::uint64_t dropped_ GUARDED_BY(mutex_) = 0;
   std::uint64_t reported_dropped_ GUARDED_BY(mutex_) = 0;
   bool ending_ GUARDED_BY(mutex_) = false;

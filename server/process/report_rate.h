@@ -24,6 +24,9 @@ class ReportRate {
     return std::nullopt;
   }
 
+  /// Returns how many were only counted since this was said last.
+  std::uint64_t take_counted() noexcept { return counted_.exchange(0); }
+
  private:
   const int max_per_s_;
   std::atomic<std::int64_t> second_{-1};

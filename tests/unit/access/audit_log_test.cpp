@@ -9,6 +9,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -77,6 +78,41 @@ TEST(AuditLog, KeepsEveryLineUpToItsLimitAndRotates) {
   const auto newest = lines_of(config.audit_file);
   ASSERT_FALSE(newest.empty());
   EXPECT_NE(newest.back().find("number 1999"), std::string::npos);
+}
+
+TEST(AuditLog, RefusalsOfOneRotateNoLineOfTheOthersAway) {
+  const test::TemporaryFolder folder;
+  AccessConfig config;
+  config.audit_file = folder.path("audit.jsonl");
+  config.audit_file_mb = 0.1;
+  constexpr std::size_t kRefused = 20'000;  // with 0.5 MB in five files some 2000 lines are kept
+  {
+    auto log = AuditLog::open(config);
+    ASSERT_TRUE(log);
+    (*log)->write(a_line("of anna"));
+    AuditLine refused = a_line("refused");
+    refused.identity = "user:mallory";
+    refused.outcome = "PERMISSION_DENIED";
+    for (std::size_t i = 0; i < kRefused; ++i) (*log)->write(refused);
+    AuditLine granted = refused;
+    granted.outcome = "OK";
+    granted.method = "granted";
+    (*log)->write(granted);
+    (*log)->write(a_line("of anna again"));
+  }
+  const auto lines = lines_of(config.audit_file);
+  ASSERT_GE(lines.size(), 3U + AuditLog::kRefusalsPerS);
+  EXPECT_NE(lines.front().find("of anna"), std::string::npos);
+  EXPECT_NE(lines.back().find("of anna again"), std::string::npos);
+  EXPECT_NE(lines[lines.size() - 2].find(R"("method":"granted")"), std::string::npos)
+      << "what changes a state is always written";
+  std::size_t refused = 0;
+  for (const std::string& line : lines) {
+    const auto json = nlohmann::json::parse(line);
+    refused += json["outcome"] == "OK" ? 0 : 1;
+    refused += json.value("refusals_not_written", std::size_t{0});
+  }
+  EXPECT_EQ(refused, kRefused) << "each is written or counted";
 }
 
 TEST(AuditLog, DropsAndCountsWhatADiskIsTooSlowFor) {
