@@ -493,8 +493,13 @@ def test_the_examples_run(lab: Any, tmp_path: Path, example: str, arguments: lis
 
 
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
-def test_the_automated_rig_says_that_the_guard_is_latched(lab: Any, when: str) -> None:
-    program = [sys.executable, "-u", ROOT / "client/python/examples/automated_rig.py", lab["plain"]]
+@pytest.mark.parametrize("language", ["Python", "C++"])
+def test_the_automated_rig_says_that_the_guard_is_latched(lab: Any, language: str, when: str) -> None:
+    example = {
+        "Python": [sys.executable, "-u", ROOT / "client/python/examples/automated_rig.py"],
+        "C++": ["stdbuf", "--output=L", BINARIES / "automated_rig"],
+    }
+    program = [*example[language], lab["plain"]]
     with hapticd.connect(lab["plain"]) as rig:
         if when == "before":
             rig.stop("a test")
@@ -506,7 +511,7 @@ def test_the_automated_rig_says_that_the_guard_is_latched(lab: Any, when: str) -
             shown, error = run.stdout.read(), run.stderr.read()
         rig.clear()
     assert run.returncode == 1 and "felt" not in shown, shown
-    assert "the guard is latched (STOPPED)" in error and "hapticctl clear" in error
+    assert "the guard is latched (" in error and "STOPPED)" in error and "hapticctl clear" in error
 
 
 def test_a_wheel_is_made_and_imported(tmp_path: Path) -> None:

@@ -38,15 +38,15 @@ int main(int argc, char** argv) try {
     client.set_hand_program(hand);
     v1::RigState state;
     const bool pressed = await_press(client, 2.0, state);
-    const double felt_n_per_mm = pressed ? state.hand_force_n() / state.displacement_mm() : 0.0;
-    const bool good = std::abs(felt_n_per_mm / granted_n_per_mm - 1.0) < 0.1;
-    std::printf("%s: granted %.2f N/mm, felt %.2f N/mm\n", good ? "good" : "BAD", granted_n_per_mm,
-                felt_n_per_mm);
     if (state.guard_state() == v1::GUARD_STATE_LATCHED) {
       std::fprintf(stderr, "the guard is latched (%s): see to its cause, then hapticctl clear\n",
                    v1::GuardFault_Name(state.guard_fault()).c_str());
       return 1;
     }
+    const double felt_n_per_mm = pressed ? state.hand_force_n() / state.displacement_mm() : 0.0;
+    const bool good = std::abs(felt_n_per_mm / granted_n_per_mm - 1.0) < 0.1;
+    std::printf("%s: granted %.2f N/mm, felt %.2f N/mm\n", good ? "good" : "BAD", granted_n_per_mm,
+                felt_n_per_mm);
     all_good = all_good && good;
     hand.set_kind(v1::HAND_PROGRAM_KIND_REST);
     client.set_hand_program(hand);  // off the object before the next target
