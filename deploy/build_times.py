@@ -18,7 +18,7 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-DEMO = ["hapticd", "hapticctl"]
+DEMO = ["hapticd", "hapticctl", "hapticd_console"]
 # What is edited, and the target that has its tests.
 EDITS = {
     "rt": ("rt/guard/guard.cpp", "test_rt"),
