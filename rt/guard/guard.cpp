@@ -24,6 +24,8 @@ constexpr FaultSet kLatches =
 constexpr FaultSet kRestarts = faults_that([](const FaultRule& r) { return r.restarts; });
 constexpr FaultSet kUnfit = faults_that([](const FaultRule& r) { return r.unfit; });
 constexpr FaultSet kOfSensor = faults_that([](const FaultRule& r) { return r.of_sensor; });
+constexpr FaultSet kSaidBySensor =
+    kTakesForce & faults_that([](const FaultRule& r) { return r.of_sensor && r.sample_status != 0; });
 
 /// The faults that the drivers' status bits mean.
 FaultSet faults_in(std::uint32_t sample_status) noexcept {
@@ -71,7 +73,11 @@ void Guard::set_limits(const GuardLimits& limits) noexcept {
 
 inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed) noexcept {
   FaultSet faults = standing_ | noticed;
-  if (sample.status != 0) faults |= faults_in(sample.status);
+  if (sample.status != 0) {
+    faults |= faults_in(sample.status);
+    // A sensor that has said nothing since has not said that its fault is over.
+    if ((sample.status & hal::sample_status::kForceMissing) != 0) faults |= present_ & kSaidBySensor;
+  }
   const hal::Quaternion& q = sample.tip_orientation;
   if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) {
     faults |= set_of(GuardFault::kNonFinite);

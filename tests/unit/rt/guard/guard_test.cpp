@@ -287,6 +287,32 @@ TEST(Guard, ClearIsRefusedWhileTheFaultPersists) {
   }
 }
 
+TEST(Guard, ASilentSensorDoesNotSayThatItsFaultIsOver) {
+  using namespace hal::sample_status;
+  for (const std::uint32_t said : {kForceSaturated, kForceFault, kForceLost}) {
+    Guard guard(limits(), 1000.0);
+    TickRecord record;
+    hal::RigSample sample;
+    sample.status = said;
+    pass(guard, {}, sample, record);
+    sample.status = kForceMissing;  // a late sample, still fresh enough
+    for (int i = 0; i < 2; ++i) {
+      pass(guard, {}, sample, record);
+      EXPECT_FALSE(guard.clear()) << said;
+      EXPECT_NE(record.faults_present, 0U) << said;
+    }
+    pass(guard, {}, {}, record);
+    EXPECT_TRUE(guard.clear()) << said;
+  }
+  // What it did not report, it cannot keep up.
+  Guard guard(limits(), 1000.0);
+  TickRecord record;
+  hal::RigSample sample;
+  sample.status = kForceMissing;
+  pass(guard, {}, sample, record);
+  EXPECT_EQ(record.faults_present, 0U);
+}
+
 TEST(Guard, NonFiniteCommandLatches) {
   for (const double bad : {kNan, HUGE_VAL, -HUGE_VAL}) {
     Guard guard(limits(), 1000.0);
