@@ -41,6 +41,11 @@ class Flood {
     for (int i = 0; i < calls; ++i) begin();
     thread_ = std::thread([this] { run(); });
   }
+  ~Flood() {
+    if (thread_.joinable()) stop();
+  }
+  Flood(const Flood&) = delete;
+  Flood& operator=(const Flood&) = delete;
   Counts stop() {
     stopping_ = true;
     thread_.join();
