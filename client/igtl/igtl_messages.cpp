@@ -128,7 +128,8 @@ bool is_word(const std::string& type) {
 /// Lower case, without blanks and the zeros of wider characters.
 std::string plain_word(std::string_view text) {
   std::string word;
-  for (const unsigned char c : text) {
+  for (const char character : text) {
+    const auto c = static_cast<unsigned char>(character);
     if (c > ' ') word += static_cast<char>(std::tolower(c));
   }
   return word;
