@@ -30,14 +30,20 @@ class Pool {
  public:
   void* allocate(std::size_t size) {
     const MutexLock lock(mutex_);
-    return blocks_.allocate(size, alignof(std::max_align_t));
+    return blocks_.allocate(aligned(size), alignof(std::max_align_t));
   }
   void release(void* block, std::size_t size) {
     const MutexLock lock(mutex_);  // also of other threads, for what they give back of it
-    blocks_.deallocate(block, size, alignof(std::max_align_t));
+    blocks_.deallocate(block, aligned(size), alignof(std::max_align_t));
   }
 
  private:
+  /// libstdc++ keeps blocks of 24 bytes one after the other, whatever alignment is asked for.
+  static constexpr std::size_t aligned(std::size_t size) {
+    constexpr std::size_t kAlignment = alignof(std::max_align_t);
+    return (size + kAlignment - 1) / kAlignment * kAlignment;
+  }
+
   std::array<std::byte, kPoolBytes> bytes_;
   Mutex mutex_;
   std::pmr::monotonic_buffer_resource source_{bytes_.data(), bytes_.size(), std::pmr::new_delete_resource()};

@@ -56,7 +56,12 @@ struct Everywhere {
     service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
     v1::ClearResponse cleared;
     EXPECT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok());
-    service.await([](const v1::RigState& s) { return s.guard_state() != v1::GUARD_STATE_LATCHED; });
+    service.await([&](const v1::RigState& s) {
+      if (s.guard_state() != v1::GUARD_STATE_LATCHED) return true;
+      // A stop of the flood may have been on its way.
+      service.safety->Clear(call_context().get(), {}, &cleared);
+      return false;
+    });
   }
 
   TemporaryFolder folder;
