@@ -304,7 +304,7 @@ TEST(Guard, ASilentSensorDoesNotSayThatItsFaultIsOver) {
     pass(guard, {}, {}, record);
     EXPECT_TRUE(guard.clear()) << said;
   }
-  // What it did not report, it cannot keep up.
+  // Silence alone is not a fault: nothing was reported that could last.
   Guard guard(limits(), 1000.0);
   TickRecord record;
   hal::RigSample sample;
