@@ -119,6 +119,9 @@ void LoadWatch::update(const hal::RigSample& sample, double interval_s,
 }
 
 void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
+  const double faded = 1.0 - std::min(under_way_.length_s / kPeakFadeS, 1.0);
+  swing_n_ *= faded;
+  peak_inertia_n_ *= faded;
   if (under_way_.length_s > kMaxSlotS) [[unlikely]] {
     const double looks = looks_;
     const hal::Vector3 sum_n = under_way_.reading_n;
@@ -140,7 +143,6 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   under_way_ = {};
   looks_ = 0;
 
-  swing_n_ *= 1.0 - std::min(s / kPeakFadeS, 1.0);
   suspect();
   if (find_step()) return;
   const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
@@ -165,7 +167,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     jump_n_ = jump_n_ + clamped(now.steady_n * (1.0 / kSettleTimeS), kSettleNPerS) * s;
     return prove();
   }
-  follow_inertia(now);
+  peak_inertia_n_ = std::max(now.inertia_n, peak_inertia_n_);
   follow_noted(now);
   if (shows_only_noted() && exceeds(before(0).tip_mm - noted_tip_mm_, kLeftMm)) {
     jump(std::exchange(noted_n_, {}));
@@ -243,11 +245,6 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
   }
   now.steady_n = sum_n * (1.0 / (kHalf * kHalf)) - zero + inertia_n;
   return now;
-}
-
-void LoadWatch::follow_inertia(const Load& now) noexcept {
-  const double faded = 1.0 - std::min(before(0).length_s / kPeakFadeS, 1.0);
-  peak_inertia_n_ = std::max(now.inertia_n, peak_inertia_n_ * faded);
 }
 
 bool LoadWatch::shows_load(const Load& now) const noexcept {

@@ -126,7 +126,7 @@ class LoadWatch {
   static constexpr double kMassError = 0.35;
   static constexpr double kUnseenMmPerS2 = 60e3;  // no hand moves a tool like that
   static constexpr double kHandMmPerS2 = 20e3;    // a brisk one does
-  static constexpr double kPeakFadeS = 0.05;      // what violent motion set swinging fades no faster
+  static constexpr double kPeakFadeS = 0.05;      // what violent motion set swinging fades as fast, seen or not
   static constexpr double kImpactMmPerS = 50.0;
   static constexpr double kPressedS = 0.02;      // since the last load: it is pressed
   static constexpr std::size_t kHalfSwingSlots = 16;  // of an arm that swings at 30 Hz or faster
@@ -176,7 +176,6 @@ class LoadWatch {
   /// Follows the zero with what a free tool reads, for a slot of `s`.
   void follow_drift(const hal::Vector3& reading_n, double s) noexcept;
   Load load(const hal::Quaternion& to_rig) const noexcept;
-  void follow_inertia(const Load& now) noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept;
   /// What is read is what is left of the load that was seen last.

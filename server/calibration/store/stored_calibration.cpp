@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <openssl/sha.h>
 
+#include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "proto/text/json_depth.h"
@@ -14,7 +16,7 @@ namespace {
 using calibration::CalibrationKind;
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;
+constexpr unsigned kFormat = 1;
 
 template <class Matrix>
 Json numbers(const Matrix& m) {
@@ -41,6 +43,12 @@ Json object(const rt::ArmModel& arm) {
           {"tip_offset_mm", numbers(arm.tip_offset_mm)}};
 }
 
+/// A count, or one of numbered choices. A number that was written as a floating one is none: turning it into an integer
+/// has no defined result once it is too large.
+std::uint64_t whole_number(const Json& json) {
+  if (!json.is_number_unsigned()) throw std::runtime_error("a whole number from 0 on is none");
+  return json.get<std::uint64_t>();
+}
 double number(const Json& json) {
   const double value = json.get<double>();
   if (!std::isfinite(value)) throw std::runtime_error("a number is not finite");
@@ -61,8 +69,8 @@ void take(const Json& json, rt::RigidTransform& t) {
   take(json.at("translation_mm"), t.translation_mm);
 }
 void take(const Json& json, rt::ArmModel& arm) {
-  const int use = json.at("use").get<int>();
-  if (use < 0 || use > static_cast<int>(rt::AngleUse::kPose)) throw std::runtime_error("'use' is unknown");
+  const std::uint64_t use = whole_number(json.at("use"));
+  if (use > static_cast<std::uint64_t>(rt::AngleUse::kPose)) throw std::runtime_error("'use' is unknown");
   arm.use = static_cast<rt::AngleUse>(use);
   take(json.at("rig_from_base"), arm.rig_from_base);
   arm.first_link_mm = number(json.at("first_link_mm"));
@@ -155,7 +163,7 @@ hal::Result<StoredCalibration> read_calibration(const std::string& text) {
   try {
     if (!text::is_shallow_json(text)) throw std::runtime_error("nested too deeply");
     const Json json = Json::parse(text);
-    if (json.at("format").get<int>() != kFormat) throw std::runtime_error("another format");
+    if (whole_number(json.at("format")) != kFormat) throw std::runtime_error("another format");
     const std::string kind = json.at("kind").get<std::string>();
     for (const CalibrationKind k :
          {CalibrationKind::kTip, CalibrationKind::kRegistration, CalibrationKind::kKinematics}) {
@@ -166,8 +174,8 @@ hal::Result<StoredCalibration> read_calibration(const std::string& text) {
     stored.rig = json.at("rig").get<std::string>();
     auto& fit = stored.fit;
     auto& c = fit.calibration;
-    fit.poses = json.at("poses").get<std::size_t>();
-    fit.outliers = json.at("outliers").get<std::size_t>();
+    fit.poses = whole_number(json.at("poses"));
+    fit.outliers = whole_number(json.at("outliers"));
     for_numbers(fit, [&json](const char* name, double& value) { value = number(json.at(name)); });
     if (json.contains("tip_in_marker_mm")) {
       stored.tip_in_marker_mm.emplace();

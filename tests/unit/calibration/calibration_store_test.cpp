@@ -41,6 +41,22 @@ TEST(StoredCalibration, RefusesWhatIsNone) {
   EXPECT_FALSE(read_calibration(text));
 }
 
+// A count that is written as a floating number may be larger than any integer: making one of it is undefined.
+TEST(StoredCalibration, RefusesACountThatIsNoWholeNumber) {
+  const std::string whole = calibration_text(example());
+  ASSERT_TRUE(read_calibration(whole));
+  for (const char* key : {"\"format\": ", "\"poses\": ", "\"outliers\": ", "\"use\": "}) {
+    for (const char* number : {"118446744073709551616", "-1", "1.0", "1e300"}) {
+      std::string text = whole;
+      const std::size_t at = text.find(key);
+      ASSERT_NE(at, std::string::npos) << key;
+      const std::size_t from = at + std::string(key).size();
+      text.replace(from, text.find_first_of(",\n", from) - from, number);
+      EXPECT_FALSE(read_calibration(text)) << key << number;
+    }
+  }
+}
+
 TEST(CalibrationStore, KeepsAdoptsAndDeletesOverARestart) {
   const test::TemporaryFolder folder;
   std::string hash;

@@ -199,6 +199,36 @@ void press(Tool& tool) {
   tool.run(0.2);
 }
 
+/// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, a second
+/// ago, the tip was thrown to and fro as no hand does.
+double way_until_load_mm(bool shaken) {
+  Tool tool;
+  tool.settle();
+  tool.rest();
+  press(tool);
+  for (int i = 0; shaken && i < 20; ++i) {
+    tool.offset_mm.x = i % 2 == 0 ? 20.0 : 0.0;
+    tool.tick();
+  }
+  tool.offset_mm.x = 0.0;
+  tool.load_n = {};  // the object has vanished
+  tool.run(1.0);
+  EXPECT_GT(tool.watch.unloaded_s(), 0.5);
+  for (int i = 1; i < 200; ++i) {
+    tool.offset_mm.z -= 0.03;
+    tool.load_n.z += 0.009;
+    tool.tick();
+    if (tool.watch.unloaded_s() == 0.0) return 0.03 * i;
+  }
+  return HUGE_VAL;
+}
+
+TEST(LoadWatch, WhatShookTheToolIsForgottenWhileItIsFree) {
+  const double untouched_mm = way_until_load_mm(false);
+  EXPECT_LT(untouched_mm, 0.6);
+  EXPECT_NEAR(way_until_load_mm(true), untouched_mm, 0.1);
+}
+
 /// Pressed onto a spring that bears little of what is felt: the reading relaxes from 70 to 42 mN while the
 /// tip rests.
 void press_what_bears_little(Tool& tool) {
