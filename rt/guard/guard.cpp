@@ -191,7 +191,18 @@ void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
     allowed_n = std::max(kFreeAirN, loaded_n_ * share);
   }
   if (load_.is_suspected()) allowed_n = std::min(allowed_n, std::max(kFreeAirN, rendered_n_));
-  allowed_n_ = std::min(allowed_n, allowed_n_ + kLoadRiseNPerS * rise_interval_s());
+  const double rise_n = is_load_sure() ? kLoadRiseNPerS * rise_interval_s() : 0.0;
+  allowed_n_ = std::min(allowed_n, allowed_n_ + rise_n);
+}
+
+bool Guard::is_load_sure() noexcept {
+  if (load_.unloaded_s() > kGoneS) {
+    gone_s_ = load_.unloaded_s();
+    back_s_ = 0.0;
+  } else {
+    back_s_ = std::min(back_s_ + interval_s_, kBackS);
+  }
+  return back_s_ >= kBackS || gone_s_ > kBackWithinS;
 }
 
 double Guard::max_in_free_air_n() const noexcept {

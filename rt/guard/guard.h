@@ -65,7 +65,8 @@ class [[nodiscard]] Admission {
 ///                             before, so that nothing is cut off in a hand; it is there 20 ms after the
 ///                             contact.
 ///   a jump is suspected       no more than kFreeAirN, or than there was before. This bound and the one above
-///                             rise again by kLoadRiseNPerS.
+///                             rise again by kLoadRiseNPerS; within kBackWithinS after a load, when the arm
+///                             may swing, once the load has been back for kBackS.
 ///   only a noted step is      none after 14 ms.
 ///   read
 ///   the zero is not proven    none at once. What comes back after this or the row above grows over
@@ -93,6 +94,9 @@ class Guard {
   static constexpr double kProvenRiseS = 0.05;
   /// Rate at which the bound rises with a load: a load that is seen late makes no step in the hand.
   static constexpr double kLoadRiseNPerS = 250.0;
+  static constexpr double kGoneS = 0.002;
+  static constexpr double kBackS = 0.01;
+  static constexpr double kBackWithinS = 0.1;
   /// Time after the last load that was seen at which the bound begins to come down.
   static constexpr double kFreeAirFromS = 0.005;
 
@@ -149,6 +153,8 @@ class Guard {
   void update_authority() noexcept;
   /// Follows whether the sensor bears a load, and the bound with it.
   void watch_load(const hal::RigSample& sample, bool fit) noexcept;
+  /// Whether a load that is seen is not what an arm shows that swings after the load before.
+  bool is_load_sure() noexcept;
   /// What free air allows of a pipeline's force: infinite while the sensor bears a load.
   double max_in_free_air_n() const noexcept;
   /// Force within magnitude and power; adds to `limited` what was needed.
@@ -175,6 +181,8 @@ class Guard {
   double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
   double proven_share_ = 0.0;  ///< since the zero is proven
   double loaded_n_ = 0.0;      ///< its size when a load was seen last
+  double gone_s_ = 0.0;        ///< how long there was no load, before this one if there is
+  double back_s_ = 0.0;        ///< how long it has been there since, up to kBackS
   double allowed_n_ = kFreeAirN;  ///< by the load and by what is suspected
   PushSpeed speed_;
   OscillationMonitor oscillation_;

@@ -17,16 +17,27 @@ constexpr hal::Vector3 clamped(const hal::Vector3& v, double bound) noexcept {
   return {std::clamp(v.x, -bound, bound), std::clamp(v.y, -bound, bound), std::clamp(v.z, -bound, bound)};
 }
 
+constexpr bool is_same(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
+  return a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
 }  // namespace
 
 void LoadWatch::set_parameters(const LoadWatchParameters& parameters) noexcept {
+  const bool is_other = parameters.tool_mass_g != parameters_.tool_mass_g ||
+                        !is_same(parameters.sensor_to_tool, parameters_.sensor_to_tool);
   parameters_ = parameters;
   is_turned_ = parameters.sensor_to_tool.w != 1.0;
-  if (parameters.knows_weight_in_zero) {
-    drift_n_ = drift_n_ + parameters.weight_in_zero_n - weight_in_zero_n_;
-    weight_in_zero_n_ = parameters.weight_in_zero_n;
-  }
-  has_other_tool_ = has_zero_;
+  if (parameters.knows_weight_in_zero) add_to_readings(parameters.weight_in_zero_n - weight_in_zero_n_);
+  has_other_tool_ = has_zero_ && is_other;
+}
+
+void LoadWatch::add_to_readings(const hal::Vector3& by_n) noexcept {
+  weight_in_zero_n_ = weight_in_zero_n_ + by_n;
+  drift_n_ = drift_n_ + by_n;
+  last_reading_n_ = last_reading_n_ + by_n;
+  under_way_.reading_n = under_way_.reading_n + by_n * looks_;
+  for (Slot& slot : slots_) slot.reading_n = slot.reading_n + by_n;
 }
 
 void LoadWatch::interrupt() noexcept {
@@ -269,16 +280,19 @@ bool LoadWatch::is_held(const Load& now) const noexcept {
 }
 
 bool LoadWatch::is_swing(const Load& now) noexcept {
-  const double along_n2 = dot(now.prompt_n, run_along_n_);
-  const bool turns = along_n2 < kTurnCosine * norm(now.prompt_n) * norm(run_along_n_);
-  if (run_slots_ == 0 || turns) {
+  const double size_n = norm(now.prompt_n);
+  const bool turns = dot(now.prompt_n, run_along_n_) < kTurnCosine * size_n * norm(run_along_n_);
+  run_peak_n_ *= 1.0 - std::min(before(0).length_s / kPeakFadeS, 1.0);
+  if (run_slots_ == 0 || turns || size_n < kDipShare * run_peak_n_) {
     run_slots_ = 0;
     run_along_n_ = now.prompt_n;
+    run_peak_n_ = size_n;
     // What rises out of free air says nothing of what swings, what falls or turns does.
     const double of_now_n = unloaded_s_ < kPressedS ? now.swing_n : now.unseen_n;
     may_swing_ = std::max(swing_n_, of_now_n) > kLoadN || (may_swing_ && unloaded_s_ < kSwingS);
   }
   ++run_slots_;
+  run_peak_n_ = std::max(run_peak_n_, size_n);
   run_along_n_ = run_along_n_ + (now.prompt_n - run_along_n_) * kAlongShare;
   swing_n_ = std::max(swing_n_, now.swing_n);
   if (run_slots_ > kHalfSwingSlots) may_swing_ = false;
@@ -301,7 +315,7 @@ void LoadWatch::begin_stretch(const Load& load, const hal::Quaternion& to_rig) n
   has_stretch_ = true;
   stretch_load_n_ = load.prompt_n;
   stretch_tip_mm_ = before(0).tip_mm;
-  stretch_sum_n_ = load.steady_n;
+  stretch_sum_n_ = {};
   stretch_slots_ = 1;
   lowest_mm_ = 0.0;
   const hal::Vector3 off_n = before(0).reading_n - proven_jump_n_ - proven_first_n_ - drift_n_;
@@ -324,11 +338,12 @@ void LoadWatch::follow(const Load& load, const hal::Quaternion& to_rig) noexcept
   if (!has_stretch_ || exceeds(load.prompt_n - stretch_load_n_, kUnchangedN)) {
     return begin_stretch(load, to_rig);
   }
-  stretch_sum_n_ = stretch_sum_n_ + load.steady_n;
   lowest_mm_ = std::min(lowest_mm_, dot(before(0).tip_mm - stretch_tip_mm_, stretch_along_));
-  if (++stretch_slots_ < kMinStretch || !is_proven()) return;
+  if (++stretch_slots_ < 2 * kHalf) return;  // some of what the mean is of was before the stretch: a load, perhaps
+  stretch_sum_n_ = stretch_sum_n_ + load.steady_n;
+  if (!is_proven()) return;
   // All that is left is a zero, and so was what this watch began with.
-  const hal::Vector3 zero = first_n_ + stretch_sum_n_ * (1.0 / stretch_slots_);
+  const hal::Vector3 zero = first_n_ + stretch_sum_n_ * (1.0 / static_cast<double>(stretch_slots_ - 2 * kHalf + 1));
   has_stretch_ = false;
   if (is_as_proven_) {
     jump_n_ = proven_jump_n_;

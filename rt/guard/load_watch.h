@@ -47,8 +47,9 @@ struct LoadWatchParameters {
 ///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back
 ///               withdraws it, and so does a reading of nothing for 0.1 s.
 ///   swing       what is read while the tool's mass may swing behind the encoders: the forces of late, the device's
-///               and the object's, may make it show more than kLoadN. A reading that begins then, or turns by more
-///               than 60° within some 10 ms, is a load only once it has lasted longer than half a swing.
+///               and the object's, may make it show more than kLoadN. A reading that begins then, turns by more than 60°
+///               within some 10 ms or falls to kDipShare of what it was, is a load only once it has lasted longer than
+///               half a swing.
 ///   suspected   from the first slot that changes by kStepN until the reading has risen three times running,
 ///               as that of a contact does, or the step is confirmed or refuted: 6 slots at most.
 ///   waiting     after a jump and after a bias: the zero is not proven before the reading has stayed what it
@@ -80,7 +81,7 @@ class LoadWatch {
   static constexpr double kFollowNPerS = 0.01;  ///< cooling motors and a drifting sensor are slower
   static constexpr double kMaxJumpN = 6.0;      ///< a larger one is not taken over as a zero
 
-  /// Another tool changes what its weight reads as, not the zero.
+  /// Another tool changes what its weight reads as, not the zero; with the same tool nothing is forgotten.
   void set_parameters(const LoadWatchParameters& parameters) noexcept;
   /// One fit sample, `interval_s` after the one before; `device_n`: the device's force until then.
   void update(const hal::RigSample& sample, double interval_s, const hal::Vector3& device_n = {}) noexcept;
@@ -115,7 +116,6 @@ class LoadWatch {
   static constexpr std::size_t kAfter = 4;
   static constexpr std::size_t kStepSlots = kBefore + 2 + kAfter;
   static constexpr std::size_t kHalf = 6;  // slots of half the triangle: an encoder count is 20 mN at most
-  static constexpr std::uint32_t kMinStretch = 8;
   static constexpr double kFlatShare = 0.15;
   static constexpr double kSeenShare = 0.6;  // of a step, between the slots next to it
   static constexpr double kFlatN = 0.02;  // six deviations of a slot's noise
@@ -132,6 +132,7 @@ class LoadWatch {
   static constexpr std::size_t kHalfSwingSlots = 16;  // of an arm that swings at 30 Hz or faster
   static constexpr double kSwingS = 0.1;  // so long after the last load a swing is taken to go on
   static constexpr double kTurnCosine = 0.5;
+  static constexpr double kDipShare = 0.1;  // of the peak of late
   static constexpr double kAlongShare = 0.1;  // of a slot, in the direction that a reading is compared with
   static constexpr double kHeldShare = 0.6;
   static constexpr double kHeldMm = 0.3;
@@ -167,6 +168,8 @@ class LoadWatch {
 
   const Slot& before(std::size_t age) const noexcept { return slots_[newest_ - age]; }
   void take_bias(const hal::RigSample& sample) noexcept;
+  /// Takes so much more of a reading for weight in the zero, of those that are remembered, too.
+  void add_to_readings(const hal::Vector3& by_n) noexcept;
   /// The tool's weight, sensor frame.
   hal::Vector3 weight_n(const hal::RigSample& sample) const noexcept;
   hal::Vector3 zero_n() const noexcept { return jump_n_ + first_n_ + drift_n_; }
@@ -225,8 +228,9 @@ class LoadWatch {
   hal::Vector3 proven_first_n_;
   double peak_inertia_n_ = 0.0;  ///< of late
   double swing_n_ = 0.0;         ///< that the tool's mass may show of late
-  // The reading since it was nothing or turned.
+  // The reading since it was nothing, turned or fell to little.
   std::size_t run_slots_ = 0;
+  double run_peak_n_ = 0.0;
   bool may_swing_ = false;
   hal::Vector3 run_along_n_;
   double settling_s_ = 0.0;      ///< left, of what was taken over
@@ -249,8 +253,8 @@ class LoadWatch {
   bool is_as_proven_ = false;
   hal::Vector3 stretch_load_n_;
   hal::Vector3 stretch_tip_mm_;
-  hal::Vector3 stretch_sum_n_;  ///< of what is left of it without inertia
-  std::uint32_t stretch_slots_ = 0;
+  hal::Vector3 stretch_sum_n_;  ///< of what is left of it without inertia, from its first 2 kHalf slots on
+  std::size_t stretch_slots_ = 0;
   hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero if there is none
   double lowest_mm_ = 0.0;      ///< along it
   std::uint32_t jump_count_ = 0;

@@ -4,6 +4,7 @@
 #   bash tests/fuzz/run.sh SECONDS [NAME ...]     so long for each; no name = all
 #
 # rpc_calls is no parser: it calls every method of the running service (release build), from a seed that it prints.
+# With HAPTICD_SEED set, each search begins with that seed: the same inputs in each run, as far as the time allows.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -16,18 +17,19 @@ names=("$@")
 
 mkdir -p build/fuzz/findings
 broken=0
+if [[ -n ${HAPTICD_SEED:-} ]]; then rm -rf build/fuzz/corpus; fi
 # search_calls: calls of a new seed each, until the time is over.
 search_calls() {
-  local program=build/release/bin/fuzz_rpc_calls until=$((SECONDS + seconds)) seed
+  local program=build/release/bin/fuzz_rpc_calls until=$((SECONDS + seconds)) seed=${HAPTICD_SEED:-$((RANDOM * 32768 + RANDOM))}
   [[ -x $program ]] || bash deploy/build.sh release fuzz_rpc_calls
   while ((SECONDS < until)); do
-    seed=$((RANDOM * 32768 + RANDOM))
     if ! "$program" 2000 "$seed" >build/fuzz/rpc_calls.log 2>&1; then
       tail -40 build/fuzz/rpc_calls.log >&2
       echo "fuzz: rpc_calls broke; again: $program 2000 $seed" >&2
       return 1
     fi
     tail -1 build/fuzz/rpc_calls.log
+    seed=$((seed + 1))
   done
 }
 if [[ " ${names[*]} " == *" rpc_calls "* ]] || { (($# == 0)) && [[ -x build/release/bin/fuzz_rpc_calls ]]; }; then
@@ -39,11 +41,11 @@ for name in "${names[@]}"; do
   grown=build/fuzz/corpus/$name
   mkdir -p "$grown"
   log=build/fuzz/$name.log
-  words=()
+  words=(-seed="${HAPTICD_SEED:-0}")
   case $name in
-    configuration | scene_file | model_file | turntable_map) words=(-dict=tests/fuzz/dictionaries/toml.dict) ;;
-    model_json | stored_calibration) words=(-dict=tests/fuzz/dictionaries/json.dict) ;;
-    netft_configuration | cal_file) words=(-dict=tests/fuzz/dictionaries/xml.dict) ;;
+    configuration | scene_file | model_file | turntable_map) words+=(-dict=tests/fuzz/dictionaries/toml.dict) ;;
+    model_json | stored_calibration) words+=(-dict=tests/fuzz/dictionaries/json.dict) ;;
+    netft_configuration | cal_file) words+=(-dict=tests/fuzz/dictionaries/xml.dict) ;;
   esac
   if ! "build/asan/bin/fuzz_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
     "${words[@]}" -artifact_prefix="build/fuzz/findings/$name-" "$grown" "tests/fuzz/corpus/$name" >"$log" 2>&1; then

@@ -249,8 +249,9 @@ class Search {
     constexpr double kMaxS = 2.0;
     constexpr double kAfterS = 0.08;
     constexpr double kContactS = 0.3;
+    // What the scene before has to answer for is not this one's, but the time since the last contact goes on.
     test::FreeAirJudge judge;
-    // What the scene before has to answer for is not this one's.
+    judge.add(touched_until_s_, true, 0.0);
     bool was_touching = false;
     const double began_s = now_s_;
     double left_s = -1.0;
@@ -272,6 +273,7 @@ class Search {
       last_n_ = command;
       if (record_.guard_state == rt::GuardState::kLatched && force_n == 0.0) renderer_->clear();
       if (truth_.in_contact) {
+        touched_until_s_ = now_s_;
         outcome_.contact_max_n = std::max(outcome_.contact_max_n, force_n);
         if (!was_touching) touched_s = now_s_;
         if (changes_target && !has_changed && now_s_ - touched_s > 0.01) {
@@ -301,6 +303,7 @@ class Search {
   rt::TickRecord record_;
   hal::Vector3 last_n_;
   double now_s_ = 0.0;
+  double touched_until_s_ = -1.0;
   SettingsOutcome outcome_;
 };
 

@@ -5,6 +5,7 @@
 
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"
+#include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/support/free_air_judge.h"
 #include "tests/support/value_of.h"
@@ -187,7 +188,7 @@ sim::SimulationConfig trust_rig(const TrustCase& trial) {
 
 TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, std::vector<TrustTick>* trace,
                             double trace_from_s, double trace_to_s) {
-  const auto rig = value_of(sim::SimulatedRig::create(trust_rig(trial)));
+  const auto rig = value_of(create_rig(trust_rig(trial)));
   rt::SceneSpec scene = value_of(rt::resolve(trust_scene(trial), rig->info()));
   if (trial.published) scene.guard.renders_real_object = false;  // it had no such guard
   const auto pipeline =

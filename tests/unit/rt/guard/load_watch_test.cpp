@@ -199,6 +199,35 @@ void press(Tool& tool) {
   tool.run(0.2);
 }
 
+/// Whether a load is seen while a tool is pulled off an object, with 100 mm/s and then by 25 m/s², its inertia alone.
+/// `exchanged`: meanwhile the scene is exchanged for one that says something else of the same tool.
+bool is_load_seen_when_pulled_off(bool exchanged) {
+  Tool tool;
+  tool.settle();
+  tool.rest();
+  press(tool);
+  for (int i = 1; i <= 20; ++i) {
+    tool.offset_mm.z += 0.1;
+    tool.load_n.z = 2.0 - 0.1 * i;
+    tool.tick();
+  }
+  constexpr double kMmPerS2 = 25e3;
+  tool.load_n.z = -inertial_force_n(kMassG, kMmPerS2);
+  bool is_seen = false;
+  for (int i = 1; i <= 25; ++i) {
+    tool.offset_mm.z += 0.1 + kMmPerS2 * (i - 0.5) * 1e-6;
+    if (exchanged && i == 8) tool.watch.set_parameters({kMassG, {}, {0.0, 0.0, -0.1}, true, 3.0});
+    tool.tick();
+    is_seen = is_seen || (i > 3 && tool.watch.unloaded_s() == 0.0);
+  }
+  return is_seen;
+}
+
+TEST(LoadWatch, AnotherSceneWithTheSameToolForgetsNothing) {
+  EXPECT_FALSE(is_load_seen_when_pulled_off(false));
+  EXPECT_FALSE(is_load_seen_when_pulled_off(true));
+}
+
 /// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, a second
 /// ago, the tip was thrown to and fro as no hand does.
 double way_until_load_mm(bool shaken) {
