@@ -20,7 +20,8 @@ broken=0
 if [[ -n ${HAPTICD_SEED:-} ]]; then rm -rf build/fuzz/corpus; fi
 # search_calls: calls of a new seed each, until the time is over.
 search_calls() {
-  local program=build/release/bin/fuzz_rpc_calls until=$((SECONDS + seconds)) seed=${HAPTICD_SEED:-$((RANDOM * 32768 + RANDOM))}
+  local program=build/release/bin/fuzz_rpc_calls until=$((SECONDS + seconds))
+  local seed=${HAPTICD_SEED:-$((RANDOM * 32768 + RANDOM))}
   [[ -x $program ]] || bash deploy/build.sh release fuzz_rpc_calls
   while ((SECONDS < until)); do
     if ! "$program" 2000 "$seed" >build/fuzz/rpc_calls.log 2>&1; then

@@ -43,8 +43,8 @@ Json object(const rt::ArmModel& arm) {
           {"tip_offset_mm", numbers(arm.tip_offset_mm)}};
 }
 
-/// A count, or one of numbered choices. A number that was written as a floating one is none: turning it into an integer
-/// has no defined result once it is too large.
+/// A count, or one of numbered choices. A number that was written as a floating one is none: turning it into
+/// an integer has no defined result once it is too large.
 std::uint64_t whole_number(const Json& json) {
   if (!json.is_number_unsigned()) throw std::runtime_error("a whole number from 0 on is none");
   return json.get<std::uint64_t>();

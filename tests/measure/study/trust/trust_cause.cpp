@@ -223,14 +223,14 @@ std::vector<TrustCause> make_causes() {
       [](SimulationConfig& rig, double) {
         happens(rig, {.kind = sim::ObjectEvent::Kind::kMove, .move_mm = {5.0, 0.0, -0.5}});
       },
-      false);
+      true);
   on_object(
       "object_drawn_away", TrustMotion::kPress,
       [](SimulationConfig& rig, double) {
         happens(rig,
                 {.kind = sim::ObjectEvent::Kind::kMove, .move_mm = {0.0, 0.0, -30.0}, .duration_s = 0.3});
       },
-      false);
+      true);
   for (const double force_n : {0.06, 0.1, 0.16, 0.3, 0.4, 1.0, 2.0, 3.0}) {
     TrustCause& cause = single("biased_while_pressed", [](SimulationConfig&, double) {});
     cause.level = text(force_n) + " N";
