@@ -137,7 +137,8 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     const double looks = looks_;
     const hal::Vector3 sum_n = under_way_.reading_n;
     interrupt();
-    const double unknown_n = inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, kHandMmPerS2);
+    const double unknown_n =
+        inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, kHandMmPerS2);
     const double least_n = kLoadN + (unloaded_s_ > kPressedS ? unknown_n : 0.0);
     if (exceeds(sum_n * (1.0 / looks) - zero_n(), least_n)) unloaded_s_ = 0.0;
     return;
@@ -339,11 +340,13 @@ void LoadWatch::follow(const Load& load, const hal::Quaternion& to_rig) noexcept
     return begin_stretch(load, to_rig);
   }
   lowest_mm_ = std::min(lowest_mm_, dot(before(0).tip_mm - stretch_tip_mm_, stretch_along_));
-  if (++stretch_slots_ < 2 * kHalf) return;  // some of what the mean is of was before the stretch: a load, perhaps
+  if (++stretch_slots_ < 2 * kHalf)
+    return;  // some of what the mean is of was before the stretch: a load, perhaps
   stretch_sum_n_ = stretch_sum_n_ + load.steady_n;
   if (!is_proven()) return;
   // All that is left is a zero, and so was what this watch began with.
-  const hal::Vector3 zero = first_n_ + stretch_sum_n_ * (1.0 / static_cast<double>(stretch_slots_ - 2 * kHalf + 1));
+  const hal::Vector3 zero =
+      first_n_ + stretch_sum_n_ * (1.0 / static_cast<double>(stretch_slots_ - 2 * kHalf + 1));
   has_stretch_ = false;
   if (is_as_proven_) {
     jump_n_ = proven_jump_n_;
@@ -351,7 +354,8 @@ void LoadWatch::follow(const Load& load, const hal::Quaternion& to_rig) noexcept
     unloaded_s_ = kLongS;
     prove();
   } else if (is_waiting_) {
-    constexpr double kFollowedN = 0.02;  // about the threshold of contact: so little the stages follow themselves
+    constexpr double kFollowedN =
+        0.02;  // about the threshold of contact: so little the stages follow themselves
     if (!exceeds(zero, kFollowedN)) {
       first_n_ = zero;
       return prove();

@@ -123,14 +123,15 @@ void LoadWatch::follow_noted(const Load& load) noexcept {
   };
   bool is_other = shows_more_than(noted_n_);
   hal::Vector3 left_n = noted_n_;
-  // The jump before may have gone as well, unseen under the load; how much it was shows in free air afterwards.
+  // The jump before may have gone as well, unseen under the load; how much it was shows in free air
+  // afterwards.
   const hal::Vector3 back_n = proven_jump_n_ - jump_n_;
   if (is_other && has_proof_ && exceeds(back_n, kLoadN)) {
     left_n = noted_n_ + back_n;
     is_other = shows_more_than(left_n);
   }
-  // While the tool is thrown about, hardly anything shows a load. What is nearer to nothing than to the step, with its
-  // inertia or without, is not the step, and says nothing of it.
+  // While the tool is thrown about, hardly anything shows a load. What is nearer to nothing than to the step,
+  // with its inertia or without, is not the step, and says nothing of it.
   const double nearest_n2 = std::min(dot(load.steady_n, left_n), dot(load.prompt_n, left_n));
   if (!is_other && nearest_n2 < 0.5 * squared(left_n)) {
     noted_slots_ = other_slots_ = 0;
