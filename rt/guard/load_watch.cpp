@@ -17,6 +17,11 @@ constexpr hal::Vector3 clamped(const hal::Vector3& v, double bound) noexcept {
   return {std::clamp(v.x, -bound, bound), std::clamp(v.y, -bound, bound), std::clamp(v.z, -bound, bound)};
 }
 
+/// Share of a peak that is left after `s`.
+double left_of_peak(double s, double fade_s) noexcept {
+  return 1.0 - std::min(s / fade_s, 1.0);
+}
+
 constexpr bool is_same(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
   return a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z;
 }
@@ -130,9 +135,6 @@ void LoadWatch::update(const hal::RigSample& sample, double interval_s,
 }
 
 void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
-  const double faded = 1.0 - std::min(under_way_.length_s / kPeakFadeS, 1.0);
-  swing_n_ *= faded;
-  peak_inertia_n_ *= faded;
   if (under_way_.length_s > kMaxSlotS) [[unlikely]] {
     const double looks = looks_;
     const hal::Vector3 sum_n = under_way_.reading_n;
@@ -155,10 +157,12 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   under_way_ = {};
   looks_ = 0;
 
+  swing_n_ *= left_of_peak(s, kPeakFadeS);
   suspect();
   if (find_step()) return;
   const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
   const bool is_free = !is_waiting_ && !exceeds(prompt_n, kLoadN);  // as far as this shows
+  peak_inertia_n_ *= left_of_peak(s, is_free ? kPeakRestS : kPeakFadeS);
   if (is_free) {
     has_stretch_ = false;
     noted_slots_ = 0;
@@ -283,7 +287,7 @@ bool LoadWatch::is_held(const Load& now) const noexcept {
 bool LoadWatch::is_swing(const Load& now) noexcept {
   const double size_n = norm(now.prompt_n);
   const bool turns = dot(now.prompt_n, run_along_n_) < kTurnCosine * size_n * norm(run_along_n_);
-  run_peak_n_ *= 1.0 - std::min(before(0).length_s / kPeakFadeS, 1.0);
+  run_peak_n_ *= left_of_peak(before(0).length_s, kPeakFadeS);
   if (run_slots_ == 0 || turns || size_n < kDipShare * run_peak_n_) {
     run_slots_ = 0;
     run_along_n_ = now.prompt_n;

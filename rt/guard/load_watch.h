@@ -126,7 +126,8 @@ class LoadWatch {
   static constexpr double kMassError = 0.35;
   static constexpr double kUnseenMmPerS2 = 60e3;  // no hand moves a tool like that
   static constexpr double kHandMmPerS2 = 20e3;    // a brisk one does
-  static constexpr double kPeakFadeS = 0.05;      // what violent motion set swinging fades as fast, seen or not
+  static constexpr double kPeakFadeS = 0.05;      // what violent motion set swinging fades no faster
+  static constexpr double kPeakRestS = 1.0;       // while the tool is free: who throws it may throw it again
   static constexpr double kImpactMmPerS = 50.0;
   static constexpr double kPressedS = 0.02;      // since the last load: it is pressed
   static constexpr std::size_t kHalfSwingSlots = 16;  // of an arm that swings at 30 Hz or faster

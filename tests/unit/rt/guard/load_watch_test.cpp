@@ -228,7 +228,7 @@ TEST(LoadWatch, AnotherSceneWithTheSameToolForgetsNothing) {
   EXPECT_FALSE(is_load_seen_when_pulled_off(true));
 }
 
-/// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, a second
+/// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, some seconds
 /// ago, the tip was thrown to and fro as no hand does.
 double way_until_load_mm(bool shaken) {
   Tool tool;
@@ -241,7 +241,7 @@ double way_until_load_mm(bool shaken) {
   }
   tool.offset_mm.x = 0.0;
   tool.load_n = {};  // the object has vanished
-  tool.run(1.0);
+  tool.run(5.0);
   EXPECT_GT(tool.watch.unloaded_s(), 0.5);
   for (int i = 1; i < 200; ++i) {
     tool.offset_mm.z -= 0.03;
