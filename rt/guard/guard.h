@@ -94,6 +94,8 @@ class Guard {
   static constexpr double kProvenRiseS = 0.05;
   /// Rate at which the bound rises with a load: a load that is seen late makes no step in the hand.
   static constexpr double kLoadRiseNPerS = 250.0;
+  /// Time without a load after which it has gone; that for which it must be back until the bound rises, if it comes
+  /// back within kBackWithinS: an arm that swings shows one for less.
   static constexpr double kGoneS = 0.002;
   static constexpr double kBackS = 0.01;
   static constexpr double kBackWithinS = 0.1;

@@ -231,7 +231,7 @@ class LoadWatch {
   double swing_n_ = 0.0;         ///< that the tool's mass may show of late
   // The reading since it was nothing, turned or fell to little.
   std::size_t run_slots_ = 0;
-  double run_peak_n_ = 0.0;
+  double run_peak_n_ = 0.0;  ///< fading
   bool may_swing_ = false;
   hal::Vector3 run_along_n_;
   double settling_s_ = 0.0;      ///< left, of what was taken over
@@ -254,7 +254,7 @@ class LoadWatch {
   bool is_as_proven_ = false;
   hal::Vector3 stretch_load_n_;
   hal::Vector3 stretch_tip_mm_;
-  hal::Vector3 stretch_sum_n_;  ///< of what is left of it without inertia, from its first 2 kHalf slots on
+  hal::Vector3 stretch_sum_n_;  ///< of what is left of it without inertia, of all slots but the first 2 kHalf - 1
   std::size_t stretch_slots_ = 0;
   hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero if there is none
   double lowest_mm_ = 0.0;      ///< along it
