@@ -119,7 +119,8 @@ void LoadWatch::follow_noted(const Load& load) noexcept {
     Load without = load;
     without.prompt_n = load.prompt_n - step_n;
     without.steady_n = load.steady_n - step_n;
-    return shows_load(without);
+    // Once the object is left, noise at the threshold does not bring it back.
+    return shows_load(without) && (!shows_only_noted() || exceeds(without.prompt_n, 2.0 * kLoadN));
   };
   bool is_other = shows_more_than(noted_n_);
   hal::Vector3 left_n = noted_n_;
