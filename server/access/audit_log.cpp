@@ -116,7 +116,7 @@ void AuditLog::write(AuditLine line) {
 
 bool AuditLog::admit(AuditLine& line) {
   constexpr std::size_t kMaxIdentities = 1024;  // beyond that the others share one
-  // What was admitted under a lease may have acted, however it ended.
+  // A call that was admitted under a lease is always written: it may have acted before it failed.
   const bool is_refused = line.outcome != "OK" && line.lease == 0;
   auto own = refusals_.find(line.identity);
   if (own == refusals_.end()) {

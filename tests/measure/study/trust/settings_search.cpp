@@ -249,7 +249,7 @@ class Search {
     constexpr double kMaxS = 2.0;
     constexpr double kAfterS = 0.08;
     constexpr double kContactS = 0.3;
-    // What the scene before has to answer for is not this one's, but the time since the last contact goes on.
+    // A force that the scene before gave is not counted here. The time since the last contact does not start again.
     test::FreeAirJudge judge;
     judge.add(touched_until_s_, true, 0.0);
     bool was_touching = false;

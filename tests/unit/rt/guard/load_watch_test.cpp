@@ -229,7 +229,7 @@ TEST(LoadWatch, AnotherSceneWithTheSameToolForgetsNothing) {
 }
 
 /// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, some seconds
-/// ago, the tip was thrown to and fro as no hand does.
+/// ago, the tip was moved back and forth faster than any hand can.
 double way_until_load_mm(bool shaken) {
   Tool tool;
   tool.settle();
