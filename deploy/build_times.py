@@ -3,7 +3,7 @@
 
     deploy/build_times.py OUT [--before COMMIT] [--gate LOG]
 
-For HEAD, and for COMMIT to compare with: processor time and wall time of the demo's targets, then of everything else;
+For HEAD, and for COMMIT to compare with: processor time and wall time of what the demo needs to press, then of the rest;
 the objects that take longest, compiled again one at a time; and, for HEAD, an edit of one file in each of some folders
 until its test program is linked. LOG is what .ci/run printed. The machine should do nothing else. Half an hour each.
 """
@@ -11,6 +11,7 @@ import argparse
 import json
 import os
 import pathlib
+import re
 import resource
 import shutil
 import subprocess
@@ -18,7 +19,6 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-DEMO = ["hapticd", "hapticctl", "hapticd_console"]
 # What is edited, and the target that has its tests.
 EDITS = {
     "rt": ("rt/guard/guard.cpp", "test_rt"),
@@ -41,6 +41,11 @@ def run(command, folder):
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return (time.monotonic() - begin,
             after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+
+
+def demo_targets(folder):
+    """What the commit's demonstration builds before a sponge is pressed."""
+    return re.search(r'build\.sh" release ([\w ]+)', (folder / "deploy/demo.sh").read_text())[1].split()
 
 
 def build(folder, *targets):
@@ -82,7 +87,7 @@ def main():
         subprocess.run(["git", "clone", "-q", str(ROOT), str(folder)], check=True)
         subprocess.run(["git", "checkout", "-q", name], cwd=folder, check=True)
         run(["cmake", "--preset", "release"], folder)
-        for what, targets in (("demo", DEMO), ("everything else", [])):
+        for what, targets in (("demo", demo_targets(folder)), ("everything else", [])):
             wall, processors = build(folder, *targets)
             record("build_s", wall, what=what, commit=name)
             record("build_cpu_s", processors, what=what, commit=name)

@@ -30,13 +30,14 @@ step() {
   echo "== done in $((SECONDS - from)) s"
 }
 cat <<TXT
-This installs the packages that are missing, builds the daemon and its command line (some minutes on two cores the
-first time, seconds after that), starts the daemon on a simulated rig and lets a simulated hand press a sponge at several
-target stiffnesses (about half a minute).
+This installs the packages that are missing, builds the daemon and what presses (some minutes on two cores the first
+time, seconds after that), starts the daemon on a simulated rig and lets a simulated hand press a sponge at several target
+stiffnesses (about half a minute). Then it builds what you go on with: the command line, and the page of the rig for your
+browser (about a minute and a half).
 TXT
-step "1 of 3: packages" bash "$here/deploy/install_packages.sh" build libraries run
-step "2 of 3: build" bash "$here/deploy/build.sh" release hapticd hapticctl hapticd_console
-echo "== 3 of 3: a sponge at several target stiffnesses"
+step "1 of 4: packages" bash "$here/deploy/install_packages.sh" build libraries run
+step "2 of 4: build" bash "$here/deploy/build.sh" release hapticd hapticd_demo
+echo "== 3 of 4: a sponge at several target stiffnesses"
 cd "$here"
 bin=build/release/bin
 
@@ -74,12 +75,14 @@ fi
 echo "hapticd runs on $address"
 
 status=0
-"$bin/hapticctl" --server "$address" demo --out "$out" || status=$?
+"$bin/hapticd_demo" --server "$address" demo --out "$out" || status=$?
 if ((status != 0)); then
   echo "demo.sh: the client session ended with status $status; the daemon's log:" >&2
   tail -n 20 "$work/log" >&2
   exit "$status"
 fi
+
+step "4 of 4: command line and page" bash "$here/deploy/build.sh" release hapticctl hapticd_console
 
 echo
 if $keep; then

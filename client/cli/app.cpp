@@ -1,6 +1,8 @@
 #include <fmt/core.h>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/demo/demo_command.h"
+#include "client/cli/program/program.h"
 #include "client/cli/text/names.h"
 
 namespace hapticd::cli {
@@ -31,24 +33,7 @@ void build_app(CLI::App& app, Session& session) {
                          "  hapticctl target set 0.3\n"
                          "  hapticctl telemetry watch\n\n") +
              kExitCodeHelp);
-  app.require_subcommand(1);
-  app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION, "Print the version and exit");
-  // Global options may follow the command as well.
-  app.fallthrough();
-  app.add_option("-s,--server", session.server,
-                 "Where hapticd listens: host:port or unix:/path; beyond this machine with certificates; "
-                 "tls:host:port: with certificates on this machine, too, e.g. through a tunnel")
-      ->envname("HAPTICD_SERVER")
-      ->capture_default_str();
-  app.add_option("--timeout", session.timeout_s, "Seconds to wait for an answer")
-      ->check(CLI::Range(0.01, 3600.0))
-      ->capture_default_str();
-  app.add_option("--certificates", session.certificates,
-                 "Folder of client.crt, client.key and authority.crt, for daemons of other machines [see "
-                 "docs/access.md]")
-      ->envname("HAPTICD_CERTIFICATES");
-  app.add_flag("--json", session.json, "JSON for programs instead of text for people");
-
+  add_global_options(app, session);
   app.add_option(
       "--rigs", session.rigs,
       "Rigs of rigs.toml, e.g. left,right or all, in place of --server: with status, doctor, stop");

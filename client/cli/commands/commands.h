@@ -33,7 +33,6 @@ void add_watchdog_command(CLI::App& app, Session& session);
 void add_clock_command(CLI::App& app, Session& session);
 void add_pose_command(CLI::App& app, Session& session);
 void add_plot_command(CLI::App& app, Session& session);
-void add_demo_command(CLI::App& app, Session& session);
 void add_completion_command(CLI::App& app);
 void add_rigs_command(CLI::App& app, Session& session);
 void add_record_commands(CLI::App& app, Session& session);

@@ -1,6 +1,7 @@
+#include "client/cli/demo/demo_command.h"
+
 #include <memory>
 
-#include "client/cli/commands/commands.h"
 #include "client/cli/demo/demo_session.h"
 
 namespace hapticd::cli {
