@@ -6,16 +6,14 @@ import argparse
 import contextlib
 import json
 import os
-import signal
 import sys
-import threading
 from pathlib import Path
-from typing import Any, Callable, Iterator, Optional, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 import hapticd
 from hapticd._shown import printable, say
 from hapticd.errors import BadArgument, BadFile, HapticdError, Refused, Unreachable
-from hapticd.experiment import analysis, export, plots, readiness, runner, session, simulated, simulation
+from hapticd.experiment import analysis, ending, export, plots, readiness, runner, session, simulated, simulation
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment.hands import Hand, Person, PersonOnSimulatedRig
 from hapticd.experiment.journal import Journal
@@ -31,7 +29,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Exit code."""
     options = _parser().parse_args(arguments)
     try:
-        with _ended_in_order_by_signals():
+        with ending.by_signals():
             return int(options.do(options))
     except HapticdError as error:
         _say_error(error, options)
@@ -61,29 +59,6 @@ def _say_error(error: HapticdError, options: argparse.Namespace) -> None:
         say(json.dumps({"error": _of_error(error)}, ensure_ascii=False))
     else:
         say(f"hapticctl: {printable(str(error))}", sys.stderr)
-
-
-@contextlib.contextmanager
-def _ended_in_order_by_signals() -> Iterator[None]:
-    """SIGTERM, and SIGHUP of a terminal or a connection that is closed, do what Ctrl-C does; once, so that the end is not disturbed."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {one: signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGHUP)}
-    taken = [one for one, handler in before.items() if handler == signal.SIG_DFL]  # nohup ignores one of them
-
-    def end(number: int, frame: Any) -> None:
-        for one in taken:
-            signal.signal(one, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    for one in taken:
-        signal.signal(one, end)
-    try:
-        yield
-    finally:
-        for one in taken:
-            signal.signal(one, before[one])
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -264,7 +239,8 @@ def _session(rig: hapticd.Rig, path: Path, seed: int, begin: Callable[[RigStage]
             for event in journal.events:
                 participant.notify(event)
             with Reporter(rig, begun.protocol.name, participant) as reporter:
-                state = runner.Runner(journal, stage, participant).run()
+                with ending.until_left():
+                    state = runner.Runner(journal, stage, participant).run()
                 reporter.ended(state.aborted)
         participant.goodbye()
     return _said(state, path, options)
