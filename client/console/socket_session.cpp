@@ -12,8 +12,6 @@
 
 namespace hapticd::console {
 
-namespace beast = boost::beast;
-namespace websocket = beast::websocket;
 using nlohmann::json;
 
 namespace {
@@ -52,10 +50,10 @@ void SocketSession::begin(Transport transport, Request request, std::shared_ptr<
 }
 
 SocketSession::SocketSession(Transport transport, std::shared_ptr<ConsoleShared> shared, Caller caller)
-    : socket_(std::move(transport)),
+    : socket_(std::move(transport), kMaxMessage),
       shared_(std::move(shared)),
       caller_(std::move(caller)),
-      timer_(socket_.get_executor()) {}
+      timer_(socket_.executor()) {}
 
 SocketSession::~SocketSession() {
   for (auto& [id, open] : streams_) {
@@ -65,35 +63,26 @@ SocketSession::~SocketSession() {
 }
 
 void SocketSession::accept(Request request) {
-  websocket::stream_base::timeout limits{};
-  limits.handshake_timeout = std::chrono::seconds(5);
-  limits.idle_timeout = std::chrono::seconds(20);
-  limits.keep_alive_pings = true;
-  socket_.set_option(limits);
-  socket_.read_message_max(kMaxMessage);
-  const auto kept = std::make_shared<Request>(std::move(request));
-  socket_.async_accept(*kept, [self = shared_from_this(), kept](beast::error_code error) {
-    if (error) return;
+  socket_.accept(std::move(request), [self = shared_from_this()](bool is_good) {
+    if (!is_good) return;
     self->read();
     self->beat();
   });
 }
 
 void SocketSession::read() {
-  socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
-    if (error || self->is_over_) {
+  socket_.read([self = shared_from_this()](bool is_good, bool is_text, std::string_view message) {
+    if (!is_good || self->is_over_) {
       self->is_over_ = true;
       self->timer_.cancel();
       return;
     }
     if (!self->rate_.take(std::chrono::steady_clock::now())) {
-      return self->end(websocket::close_code::policy_error, "too many messages");
+      return self->end(WebSocket::CloseCode::policy_error, "too many messages");
     }
-    const auto data = self->buffer_.cdata();
-    const bool good =
-        self->socket_.got_text() && self->take({static_cast<const char*>(data.data()), data.size()});
-    self->buffer_.consume(self->buffer_.size());
-    if (!good) return self->end(websocket::close_code::policy_error, "not a message of this protocol");
+    if (!is_text || !self->take(message)) {
+      return self->end(WebSocket::CloseCode::policy_error, "not a message of this protocol");
+    }
     self->read();
   });
 }
@@ -103,24 +92,24 @@ void SocketSession::beat() {
   if (is_over_) return;
   if (queue_.empty()) send(true, fmt::format("{{\"beat\":{}}}", ++beats_));
   timer_.expires_after(kBeat);
-  timer_.async_wait([weak = weak_from_this()](beast::error_code error) {
+  timer_.async_wait([weak = weak_from_this()](boost::beast::error_code error) {
     if (const auto self = weak.lock(); self && !error) self->beat();
   });
 }
 
-void SocketSession::end(websocket::close_code code, const std::string& why) {
+void SocketSession::end(WebSocket::CloseCode code, const std::string& why) {
   if (is_over_) return;
   is_over_ = true;
   timer_.cancel();
-  socket_.async_close({code, why}, [self = shared_from_this()](beast::error_code) {});
+  socket_.close(code, why, [self = shared_from_this()] {});
 }
 
 void SocketSession::end_for_loss() {
-  end(websocket::close_code::try_again_later, "the daemon does not answer");
+  end(WebSocket::CloseCode::try_again_later, "the daemon does not answer");
 }
 
 void SocketSession::end_for_others() {
-  end(websocket::close_code::try_again_later, "others need a place for their pages: max_sockets");
+  end(WebSocket::CloseCode::try_again_later, "others need a place for their pages: max_sockets");
 }
 
 bool SocketSession::take(std::string_view text) {
@@ -278,7 +267,7 @@ void SocketSession::send(bool is_text, std::string bytes) {
   queued_bytes_ += bytes.size();
   queue_.push_back({is_text, std::move(bytes)});
   if (queued_bytes_ > kMaxQueuedBytes || queue_.size() > kMaxQueued) {
-    return end(websocket::close_code::policy_error, "the page reads too slowly");
+    return end(WebSocket::CloseCode::policy_error, "the page reads too slowly");
   }
   write_next();
 }
@@ -286,26 +275,25 @@ void SocketSession::send(bool is_text, std::string bytes) {
 void SocketSession::write_next() {
   if (is_writing_ || queue_.empty() || is_over_) return;
   is_writing_ = true;
-  socket_.text(queue_.front().is_text);
-  socket_.async_write(boost::asio::buffer(queue_.front().bytes),
-                      [self = shared_from_this()](beast::error_code error, std::size_t) {
-                        self->is_writing_ = false;
-                        if (error) {
-                          self->is_over_ = true;
-                          self->timer_.cancel();
-                          return;
-                        }
-                        self->queued_bytes_ -= self->queue_.front().bytes.size();
-                        self->queue_.pop_front();
-                        if (self->queued_bytes_ <= kBusyBytes) {
-                          for (auto& [id, open] : self->streams_) {
-                            if (open.held == 0 || !open.stream) continue;
-                            open.stream->grant(open.held);
-                            open.held = 0;
-                          }
-                        }
-                        self->write_next();
-                      });
+  const Message& next = queue_.front();
+  socket_.write(next.is_text, next.bytes, [self = shared_from_this()](bool is_good) {
+    self->is_writing_ = false;
+    if (!is_good) {
+      self->is_over_ = true;
+      self->timer_.cancel();
+      return;
+    }
+    self->queued_bytes_ -= self->queue_.front().bytes.size();
+    self->queue_.pop_front();
+    if (self->queued_bytes_ <= kBusyBytes) {
+      for (auto& [id, open] : self->streams_) {
+        if (open.held == 0 || !open.stream) continue;
+        open.stream->grant(open.held);
+        open.held = 0;
+      }
+    }
+    self->write_next();
+  });
 }
 
 }  // namespace hapticd::console

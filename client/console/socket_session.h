@@ -1,9 +1,6 @@
 #pragma once
 
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket/stream.hpp>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -14,7 +11,7 @@
 #include <vector>
 
 #include "client/console/console_shared.h"
-#include "client/console/transport.h"
+#include "client/console/web_socket.h"
 
 namespace hapticd::console {
 
@@ -22,7 +19,7 @@ namespace hapticd::console {
 /// slowly is bounded: streams send no more than the page has granted. Used by the console's thread alone.
 class SocketSession : public std::enable_shared_from_this<SocketSession> {
  public:
-  using Request = boost::beast::http::request<boost::beast::http::string_body>;
+  using Request = WebSocket::Request;
   /// Takes over a connection whose request asks for it.
   static void begin(Transport transport, Request request, std::shared_ptr<ConsoleShared> shared,
                     Caller caller);
@@ -61,7 +58,7 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
   void accept(Request request);
   void read();
   void beat();
-  void end(boost::beast::websocket::close_code code, const std::string& why);
+  void end(WebSocket::CloseCode code, const std::string& why);
   /// False if the message breaks the rules: the connection ends.
   bool take(std::string_view text);
   bool open_stream(const nlohmann::json& message);
@@ -75,10 +72,9 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
   void write_next();
   bool is_taken(std::uint64_t id) const { return streams_.contains(id) || taps_.contains(id); }
 
-  boost::beast::websocket::stream<Transport, false> socket_;
+  WebSocket socket_;
   const std::shared_ptr<ConsoleShared> shared_;
   const Caller caller_;
-  boost::beast::flat_buffer buffer_;
   boost::asio::steady_timer timer_;
   RequestRate rate_{1000.0};
   std::map<std::uint64_t, Open> streams_;
