@@ -1,5 +1,3 @@
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include "server/linear_algebra/linear_algebra.h"
@@ -7,12 +5,6 @@
 namespace hapticd::linear_algebra {
 
 using Eigen::MatrixXd;
-
-std::optional<MatrixXd> invert(const MatrixView& a, double min_reciprocal_condition) {
-  const Eigen::FullPivLU<MatrixXd> factors(a);
-  if (!factors.isInvertible() || !(factors.rcond() > min_reciprocal_condition)) return std::nullopt;
-  return MatrixXd(factors.inverse());
-}
 
 ConditionedSolution solve_by_singular_values(const MatrixView& a, const VectorView& b) {
   const Eigen::JacobiSVD<MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
@@ -22,11 +14,6 @@ ConditionedSolution solve_by_singular_values(const MatrixView& a, const VectorVi
 SingularValues3 singular_values(const Eigen::Matrix3d& a) {
   const Eigen::JacobiSVD<MatrixXd> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
-}
-
-SymmetricEigen symmetric_eigen(const MatrixView& a) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(a);
-  return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
 }
 
 }  // namespace hapticd::linear_algebra

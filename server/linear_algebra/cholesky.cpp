@@ -1,7 +1,6 @@
-#include "server/linear_algebra/linear_algebra.h"
-
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
+
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::linear_algebra {
 
@@ -30,18 +29,6 @@ std::optional<MatrixXd> invert_symmetric(const MatrixView& a, double min_recipro
   const Eigen::LDLT<MatrixXd> factors(a);
   if (!(factors.rcond() > min_reciprocal_condition)) return std::nullopt;
   return MatrixXd(factors.solve(MatrixXd::Identity(a.rows(), a.cols())));
-}
-
-VectorXd solve_least_squares(const MatrixView& a, const VectorView& b) {
-  return Eigen::ColPivHouseholderQR<MatrixXd>(a).solve(b);
-}
-
-VectorXd solve_min_norm(const MatrixView& a, const VectorView& b) {
-  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>(a).solve(b);
-}
-
-MatrixXd pseudo_inverse(const MatrixView& a) {
-  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>(a).pseudoInverse();
 }
 
 }  // namespace hapticd::linear_algebra
