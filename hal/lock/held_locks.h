@@ -4,14 +4,9 @@
 #include <cstdlib>
 
 // Builds that look for errors count the locks that each thread holds.
-#if !defined(NDEBUG) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if !defined(NDEBUG) || defined(HAPTICD_SANITIZED)
 #define HAPTICD_COUNTS_LOCKS 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define HAPTICD_COUNTS_LOCKS 1
-#endif
-#endif
-#ifndef HAPTICD_COUNTS_LOCKS
+#else
 #define HAPTICD_COUNTS_LOCKS 0
 #endif
 

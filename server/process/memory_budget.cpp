@@ -10,7 +10,7 @@ namespace hapticd::server {
 namespace {
 
 // A sanitizer's frames are several times as large.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef HAPTICD_SANITIZED
 constexpr std::size_t kThreadStackBytes = std::size_t{8} << 20U;
 #else
 constexpr std::size_t kThreadStackBytes = std::size_t{2} << 20U;

@@ -2,13 +2,11 @@
 
 namespace hapticd::test {
 
-/// AddressSanitizer takes much memory and address space: limits of the process mean nothing then.
-#if defined(__SANITIZE_ADDRESS__)  // by GCC
-inline constexpr bool kUnderAddressSanitizer = true;
-#elif defined(__clang__)
-inline constexpr bool kUnderAddressSanitizer = __has_feature(address_sanitizer);
+/// A sanitizer takes several times the memory and address space: limits of the process mean nothing then.
+#ifdef HAPTICD_SANITIZED
+inline constexpr bool kSanitized = true;
 #else
-inline constexpr bool kUnderAddressSanitizer = false;
+inline constexpr bool kSanitized = false;
 #endif
 
 }  // namespace hapticd::test

@@ -24,7 +24,7 @@ constexpr rlim_t kMaxMemory = rlim_t{4} << 30U;
 /// first if memory is short. A child of the daemon has inherited that the daemon is ended last.
 void be_modest() {
   setpriority(PRIO_PROCESS, 0, kNiceness);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map far more than they use
+#ifndef HAPTICD_SANITIZED  // a sanitizer maps far more than it uses
   const rlimit memory{kMaxMemory, kMaxMemory};
   setrlimit(RLIMIT_AS, &memory);
 #endif

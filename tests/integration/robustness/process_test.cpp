@@ -216,7 +216,7 @@ TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
 
 /// Ends by a message, not by an abort once a thread cannot begin.
 TEST(ServiceProcess, SaysThatItsAddressSpaceIsLimitedTooFar) {
-  if (kUnderAddressSanitizer) GTEST_SKIP() << "its memory is the sanitizer's";
+  if (kSanitized) GTEST_SKIP() << "its memory is the sanitizer's";
   DaemonProcess process("--as=419430400", {"--listen", "127.0.0.1:0"});
   const int code = process.wait();
   expect_ended({code, process.errors(), process.output()}, 1,

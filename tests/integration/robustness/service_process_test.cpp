@@ -150,7 +150,7 @@ TEST(Files, AreForItsUserAndGroupHoweverItWasStarted) {
 }
 
 TEST(Memory, TheDaemonStaysSmall) {
-  if (kUnderAddressSanitizer) GTEST_SKIP() << "its memory is the sanitizer's";
+  if (kSanitized) GTEST_SKIP() << "its memory is the sanitizer's";
   DaemonProcess daemon(kPlainService);
   const ServiceClient client(connect(daemon.await_address()));
   client.await([](const v1::RigState& s) { return s.tick() > 200; });
