@@ -90,7 +90,11 @@ std::optional<hal::Error> move(rt::InclusionParameters& one, std::size_t number)
                             "see object_centre_mm, or move it less");
     }
     to.z() = std::copysign(std::sqrt(left), from.z());
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(from, to);
+    // The shortest turn of one to the other; both are as long, and on the same side.
+    Eigen::Quaterniond turn;
+    turn.w() = from.squaredNorm() + from.dot(to);
+    turn.vec() = from.cross(to);
+    turn.normalize();
     one.surface_mm = plain(centre + to);
     one.place_mm = plain(centre + turn * (eigen(one.place_mm) - centre));
   }

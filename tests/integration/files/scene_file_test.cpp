@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "rt/signal/vector.h"
+#include "server/scene/scene_inclusions.h"
 #include "server/scene/scene_library.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
@@ -410,6 +412,32 @@ TEST(SceneFile, AllKeysThatAnInclusionsModelReplacesAreNamedAtOnce) {
       parse_scene("kind = \"explore\"\n[[inclusion]]\nmodel = \"tumour\"\nexponent = 2.0\n", "scene", "mine");
   ASSERT_FALSE(one);
   EXPECT_EQ(one.error().remedy, "remove the key, or the model");
+}
+
+// As a rigid body: what is in the object keeps its depth, and its place to the axis that it is turned about.
+TEST(SceneFile, AnInclusionOfARoundObjectTurnsAboutItsCentre) {
+  auto scene = read_scene(
+      "name = \"x\"\nkind = \"explore\"\n[[inclusion]]\nplace_mm = [5.0, 1.0, -20.0]\nsurface_mm = [2.0, "
+      "3.0, 0.0]\n"
+      "stiffness_n_per_mm_m = 0.1\nmoved_mm = [12.0, -5.0]\nobject_centre_mm = [0.0, 0.0, -63.0]\n");
+  ASSERT_TRUE(scene) << scene.error().text();
+  const hal::Vector3 centre_mm{0.0, 0.0, -63.0};
+  const hal::Vector3 surface_mm = scene->inclusions.at(0).surface_mm - centre_mm;
+  const hal::Vector3 place_mm = scene->inclusions.at(0).place_mm - centre_mm;
+  std::vector<std::string> stored;
+  std::vector<std::string> remarks;
+  ASSERT_FALSE(fill_inclusions(ModelLibrary(), {}, *scene, stored, remarks));
+  const hal::Vector3 turned_surface_mm = scene->inclusions.at(0).surface_mm - centre_mm;
+  const hal::Vector3 turned_mm = scene->inclusions.at(0).place_mm - centre_mm;
+  EXPECT_NEAR(turned_surface_mm.x, 14.0, 1e-9);
+  EXPECT_NEAR(turned_surface_mm.y, -2.0, 1e-9);
+  EXPECT_NEAR(rt::norm(turned_surface_mm), rt::norm(surface_mm), 1e-9);
+  EXPECT_NEAR(rt::norm(turned_mm), rt::norm(place_mm), 1e-9);
+  EXPECT_NEAR(dot(turned_mm, turned_surface_mm), dot(place_mm, surface_mm), 1e-9);
+  const hal::Vector3 axis = rt::cross(surface_mm, turned_surface_mm);
+  EXPECT_NEAR(dot(turned_mm, axis), dot(place_mm, axis), 1e-9);
+  EXPECT_NEAR(dot(rt::cross(turned_surface_mm, turned_mm), axis), dot(rt::cross(surface_mm, place_mm), axis),
+              1e-9);
 }
 
 TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
