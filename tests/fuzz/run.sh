@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Searches for inputs that break a parser, from the corpus on. What it finds stays in build/fuzz/findings.
 #
-#   bash tests/fuzz/run.sh SECONDS [NAME ...]     so long for each; no name = all
+#   bash tests/fuzz/run.sh SECONDS [NAME ...]     so long for each, as many at a time as there are processors; no name = all
 #
 # rpc_calls is no parser: it calls every method of the running service (release build), from a seed that it prints.
 # With HAPTICD_SEED set, each search begins with that seed: the same inputs in each run, as far as the time allows.
@@ -37,12 +37,10 @@ if [[ " ${names[*]} " == *" rpc_calls "* ]] || { (($# == 0)) && [[ -x build/rele
   search_calls || broken=1
   names=("${names[@]/rpc_calls/}")
 fi
-for name in "${names[@]}"; do
-  [[ -n $name ]] || continue
-  grown=build/fuzz/corpus/$name
+# search_inputs NAME: of one parser.
+search_inputs() {
+  local name=$1 grown=build/fuzz/corpus/$1 log=build/fuzz/$1.log words=(-seed="${HAPTICD_SEED:-0}")
   mkdir -p "$grown"
-  log=build/fuzz/$name.log
-  words=(-seed="${HAPTICD_SEED:-0}")
   case $name in
     configuration | scene_file | model_file | turntable_map) words+=(-dict=tests/fuzz/dictionaries/toml.dict) ;;
     model_json | stored_calibration) words+=(-dict=tests/fuzz/dictionaries/json.dict) ;;
@@ -52,10 +50,11 @@ for name in "${names[@]}"; do
     "${words[@]}" -artifact_prefix="build/fuzz/findings/$name-" "$grown" "tests/fuzz/corpus/$name" >"$log" 2>&1; then
     tail -40 "$log" >&2
     echo "fuzz: $name broke; the input is in build/fuzz/findings" >&2
-    broken=1
-    continue
+    return 1
   fi
-  inputs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
-  echo "fuzz: $name: $inputs inputs in $seconds s, none broke it"
-done
+  echo "fuzz: $name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, none broke it"
+}
+export -f search_inputs
+export seconds
+printf '%s\n' "${names[@]}" | sed '/^$/d' | xargs -r -n 1 -P "$(nproc)" bash -c 'search_inputs "$0"' || broken=1
 exit $broken
