@@ -220,6 +220,9 @@ class AgainstFigures(Checked):
     def test_wants_figures_of_a_quick_run_too(self):
         self.measured([each for each in RECORDS if each["case"]["device"] == "two"])
         self.complains(self.against_figures("--quick"), "'held': no value")
+        self.write("figures.toml", DEFINITIONS.replace("factor = 100", "factor = 100, only_full = true"))
+        self.passes(self.against_figures("--quick"))
+        self.complains(self.against_figures(), "'held': no value")
 
     def test_writes_what_was_measured(self):
         self.write("README.md", TEXT.replace("−1.2 … +0.1", "0.0 … 0.0").replace("0.00<", "9.99<"))

@@ -50,8 +50,8 @@ class DrivenRig {
     config.link.device = drive.serial_port();
     turntable::TurntableSettings settings = quick_settings();
     // A stall of the machine must not count as a fault of the drive.
-    config.link.response_timeout_s = 0.5;
-    settings.stale_after_s = 1.5;
+    config.link.response_timeout_s = 2.0;
+    settings.stale_after_s = 5.0;
     if (adapt) adapt(config, settings);
     table = value_of(modbus::create(config, settings));
   }
@@ -90,7 +90,9 @@ class DrivenRig {
   /// Engaged and homed.
   void home() const {
     engage();
-    ASSERT_EQ(await_end(table->home()).motion.end, hal::MotionEnd::kArrived);
+    const hal::MotionReport motion = await_end(table->home()).motion;
+    ASSERT_EQ(motion.end, hal::MotionEnd::kArrived)
+        << hal::word_of(motion.end) << ": " << (motion.problem ? motion.problem->text() : "");
     await_state(hal::TurntableState::kStanding);
   }
   /// Homed and on a long way, slowly enough for something to happen.
