@@ -31,6 +31,7 @@ range, the rounding. One line each:
     machine   true: a figure of the machine and its load; a difference is reported and fails nothing; optional
     in_quick  true: the quick run measures just this as well and is held to it; other numbers of a quick run come of
               fewer cases, so that only their being there is asked; optional
+    only_full  true: of a case that the quick run leaves out; optional
     recordings  true: of real recordings; with --without-recordings only reported; optional
 
 Exit status: 0 all is well, 1 a text is wrong, 2 the command line or a file cannot be read. Python's own library only.
@@ -55,7 +56,7 @@ NUMBER = r"[+\-−]?(?:\d{1,3}(?: \d{3})+(?![\d.])|\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
 BEFORE_MARK = re.compile(rf"(?:({NUMBER}) … )?({NUMBER})$")
 SHOW = re.compile(r"(min|max|median|mean|sum|count|within|only|range) (%\+?\.\d+[feg]|%\+?d)")
 FIGURE = re.compile(r"([a-z_]+)/([a-z][a-z0-9_]*)")
-KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "tolerance", "in_quick", "recordings"}
+KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "tolerance", "in_quick", "only_full", "recordings"}
 # Columns of a table that hold no measured number: what is printed first, and what it is compared with.
 UNMEASURED = re.compile(r"to compare|reported|goal|dissertation: ")
 
@@ -112,6 +113,7 @@ class Definition:
         self.machine = table.get("machine", False)
         self.tolerance = table.get("tolerance", 0)
         self.in_quick = table.get("in_quick", False)
+        self.only_full = table.get("only_full", False)
         self.recordings = table.get("recordings", False)
 
     def __str__(self):
@@ -316,7 +318,8 @@ def check_figures(marks, definitions, records, options, complaints, remarks):
         definition = definitions.get(mark.name)
         if definition is None or not mark.numbers:
             continue  # check_static complains of it
-        excused = definition.machine or (definition.recordings and options.without_recordings)
+        excused = (definition.machine or (definition.recordings and options.without_recordings)
+                   or (definition.only_full and options.quick))
         held_to_it = not excused and (not options.quick or definition.in_quick)
         try:
             measured = definition.printed(records, whole=held_to_it)

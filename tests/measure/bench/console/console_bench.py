@@ -22,7 +22,7 @@ from multiprocessing import Process
 from pathlib import Path
 from typing import Any, Callable
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 sys.path.insert(0, str(ROOT / "tests" / "python"))
 
 VIEWS = "now live scene identify objects turntable recordings experiment poses log".split()

@@ -20,6 +20,7 @@ import numpy as np
 
 import hapticd
 from hapticd.experiment import analysis, plots, protocol
+from hapticd.v1 import identification_pb2
 
 import study_output
 from daemon import Daemon
@@ -97,13 +98,15 @@ def with_identified_tumours(experiment: Experiment, out: Path, folder: Path) -> 
 
 
 def identify_phantom(daemon: Daemon) -> None:
-    """Contact law of the object, as the scenes need it."""
+    """Contact law of the object, as the scenes need it: again where a machine that was held up lost too much of the presses."""
     with hapticd.connect(daemon.address) as rig, rig.lease("study"):
         rig.set_object("phantom")
-        rig.start_identification(contact={}, object="phantom", adopt=True)
-        end = rig.watch_identification().last()
-        if not end.model:
-            raise RuntimeError(f"the phantom was not identified: {end}")
+        for _ in range(ATTEMPTS):
+            rig.start_identification(contact={}, object="phantom", adopt=True)
+            end = rig.watch_identification().last()
+            if end.state == identification_pb2.IDENTIFICATION_STATE_CONVERGED:
+                return
+        raise RuntimeError(f"the phantom was not identified: {end}")
 
 
 class Cost(NamedTuple):
