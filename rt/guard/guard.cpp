@@ -185,13 +185,17 @@ void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
   const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
   proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
   if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
+  const bool is_sure = is_load_sure();
+  // A load that is not sure to be one does not end a fall that has begun.
+  const double goes_on_s = is_sure || unloaded_s_ <= kFreeAirFromS ? 0.0 : unloaded_s_ + interval_s_;
+  unloaded_s_ = std::max(load_.unloaded_s(), goes_on_s);
   double allowed_n = limits_.max_force_n;
-  if (load_.unloaded_s() > kFreeAirFromS) {
-    const double share = (kFreeAirS - load_.unloaded_s()) / (kFreeAirS - kFreeAirFromS);
+  if (unloaded_s_ > kFreeAirFromS) {
+    const double share = (kFreeAirS - unloaded_s_) / (kFreeAirS - kFreeAirFromS);
     allowed_n = std::max(kFreeAirN, loaded_n_ * share);
   }
   if (load_.is_suspected()) allowed_n = std::min(allowed_n, std::max(kFreeAirN, rendered_n_));
-  const double rise_n = is_load_sure() ? kLoadRiseNPerS * rise_interval_s() : 0.0;
+  const double rise_n = is_sure ? kLoadRiseNPerS * rise_interval_s() : 0.0;
   allowed_n_ = std::min(allowed_n, allowed_n_ + rise_n);
 }
 
@@ -277,7 +281,7 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
   const hal::Vector3 rendered = force - assistance_n;
   const double stands_n = std::sqrt(dot(rendered, rendered));
   rendered_n_ = std::min(stands_n, std::min(modulated_n, max_modulated_n));
-  if (load_.unloaded_s() <= kFreeAirFromS) loaded_n_ = rendered_n_;
+  if (unloaded_s_ <= kFreeAirFromS) loaded_n_ = rendered_n_;
 
   reported_ = present_ | std::exchange(raised_, 0);
   limited_ = static_cast<std::uint8_t>(held_back | limited);

@@ -63,10 +63,10 @@ class [[nodiscard]] Admission {
 ///
 ///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force
 ///                             before, so that nothing is cut off in a hand; it is there 20 ms after the
-///                             contact.
+///                             contact. Once it comes down it does so until a load is sure: see below.
 ///   a jump is suspected       no more than kFreeAirN, or than there was before. This bound and the one above
 ///                             rise again by kLoadRiseNPerS; within kBackWithinS after a load, when the arm
-///                             may swing, once the load has been back for kBackS.
+///                             may swing, once the load has been back for kBackS and is sure.
 ///   only a noted step is      none after 14 ms.
 ///   read
 ///   the zero is not proven    none at once. What comes back after this or the row above grows over
@@ -183,6 +183,7 @@ class Guard {
   double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
   double proven_share_ = 0.0;  ///< since the zero is proven
   double loaded_n_ = 0.0;      ///< its size when a load was seen last
+  double unloaded_s_ = 0.0;    ///< since a load was seen that is sure to be one, from kFreeAirFromS on
   double gone_s_ = 0.0;        ///< how long there was no load, before this one if there is
   double back_s_ = 0.0;        ///< how long it has been there since, up to kBackS
   double allowed_n_ = kFreeAirN;  ///< by the load and by what is suspected

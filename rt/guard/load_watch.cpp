@@ -191,7 +191,9 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     return;
   }
   if (!is_swing(now) && !shows_only_noted()) {
-    if (shows_load(now)) {
+    if (is_back_at_proof(now)) {
+      // Nothing, or a load that the jump hides.
+    } else if (shows_load(now)) {
       unloaded_s_ = 0.0;
       held_n_ = now.steady_n;
       held_tip_mm_ = before(0).tip_mm;
@@ -275,6 +277,15 @@ bool LoadWatch::shows_load(const Load& now) const noexcept {
     return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
   }
   return dot(now.steady_n, now.prompt_n) > size_n * least_n;
+}
+
+bool LoadWatch::is_back_at_proof(const Load& now) const noexcept {
+  const hal::Vector3 off_n = jump_n_ + first_n_ - proven_jump_n_ - proven_first_n_;
+  if (!has_proof_ || !exceeds(off_n, kLoadN)) return false;
+  Load from_proof = now;
+  from_proof.prompt_n = now.prompt_n + off_n;
+  from_proof.steady_n = now.steady_n + off_n;
+  return squared(from_proof.prompt_n) < squared(now.prompt_n) && !shows_load(from_proof);
 }
 
 bool LoadWatch::is_held(const Load& now) const noexcept {

@@ -182,6 +182,9 @@ class LoadWatch {
   Load load(const hal::Quaternion& to_rig) const noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept;
+  /// What is read is the zero that was proven last, which a jump since has not been: nothing, or a load as large as
+  /// the jump and against it.
+  bool is_back_at_proof(const Load& now) const noexcept;
   /// What is read is what is left of the load that was seen last.
   bool is_held(const Load& now) const noexcept;
   /// Counts the slots in which all that is read is the step that was noted under load.

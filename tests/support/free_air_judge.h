@@ -12,7 +12,7 @@ class FreeAirJudge {
  public:
   static constexpr double kMaxN = 0.3;
   static constexpr double kZeroN = 0.05;
-  static constexpr double kWithinS = 0.020;
+  static constexpr double kWithinS = 0.020 + 1e-9;  ///< differences of two times are rounded
 
   /// One tick: the force asked of the device, and whether the object is touched.
   void add(double time_s, bool touching, double force_n) noexcept {
