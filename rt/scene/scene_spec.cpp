@@ -237,7 +237,10 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("guard.loop_gap_ms", spec.guard.loop_gap_ms, 0.0, 1000.0, "ms (0 = any)");
   if (uses_sensor)
     check.range("guard.sensor_stale_after_ms", spec.guard.sensor_stale_after_ms, 0.1, 1000.0, "ms");
-  if (!gains_are_stable(spec.controller, rig.rate_hz)) {
+  if (!(spec.controller.derivative_gain_ms >= 0.0)) {
+    check.fail("control.derivative_gain_ms", spec.controller.derivative_gain_ms, "0 ms or more",
+               "a negative one goes on pushing once the error has turned; 0.015 ms suits most devices");
+  } else if (!gains_are_stable(spec.controller, rig.rate_hz)) {
     check.fail(
         "control.proportional_gain", spec.controller.proportional_gain,
         "Kp > 0, |Kd'| < 1 and Kp + 2 Kd' < 2, with Kd' = derivative_gain_ms / period_ms",

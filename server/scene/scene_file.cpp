@@ -38,7 +38,7 @@ constexpr Range kStructural{0.0, 1e4, "N/mm"};
 constexpr Range kGradient{-1.0, 1.0, "1/mm"};
 constexpr Range kCurvature{-1.0, 1.0, "1/mm²"};
 constexpr Range kProportional{0.0, 4.0, ""};
-constexpr Range kDerivativeMs{-10.0, 10.0, "ms"};
+constexpr Range kDerivativeMs{0.0, 10.0, "ms"};
 constexpr Range kForceN{0.0, 100.0, "N"};
 constexpr Range kForceRate{0.0, 1e6, "N/s"};
 constexpr Range kPowerW{0.0, 100.0, "W"};

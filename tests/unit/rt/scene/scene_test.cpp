@@ -68,6 +68,7 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
   const auto target = [](SceneSpec& s, double v) { s.target.stiffness_n_per_mm = v; };
   const auto threshold = [](SceneSpec& s, double v) { s.contact.threshold_n = v; };
   const auto gain = [](SceneSpec& s, double v) { s.controller.proportional_gain = v; };
+  const auto derivative = [](SceneSpec& s, double v) { s.controller.derivative_gain_ms = v; };
   const auto ratio = [](SceneSpec& s, double v) { s.contact.release_ratio = v; };
   const auto release = [](SceneSpec& s, double v) { s.contact.release_time_ms = v; };
   const auto lowest = [](SceneSpec& s, double v) { s.contact.evidence.lowest_stiffness_n_per_mm = v; };
@@ -83,6 +84,7 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
         Case{"control.proportional_gain", gain, 1.9}, Case{"contact.release_ratio", ratio, 1.0},
         Case{"contact.release_time_ms", release, 0.1}, Case{"contact.lowest_stiffness_n_per_mm", lowest, 10.0},
         Case{"control.proportional_gain", gain, 2.5}, Case{"control.proportional_gain", gain, -1.0},
+        Case{"control.derivative_gain_ms", derivative, -0.1}, Case{"control.derivative_gain_ms", derivative, nan},
         Case{"press_axis", axis, 0.0}, Case{"press_axis", axis, nan}, Case{"guard.max_force_n", force, 9.0},
         Case{"guard.max_force_rate_n_per_s", rate, 1701.0}, Case{"guard.max_force_rate_n_per_s", rate, nan},
         Case{"tool.mass_g", mass, nan}}) {
