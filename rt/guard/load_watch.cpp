@@ -17,11 +17,6 @@ constexpr hal::Vector3 clamped(const hal::Vector3& v, double bound) noexcept {
   return {std::clamp(v.x, -bound, bound), std::clamp(v.y, -bound, bound), std::clamp(v.z, -bound, bound)};
 }
 
-/// Share of a peak that is left after `s`.
-double left_of_peak(double s, double fade_s) noexcept {
-  return 1.0 - std::min(s / fade_s, 1.0);
-}
-
 constexpr bool is_same(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
   return a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z;
 }
@@ -164,6 +159,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   const bool is_free = !is_waiting_ && !exceeds(prompt_n, kLoadN);  // as far as this shows
   peak_inertia_n_ *= left_of_peak(s, is_free ? kPeakRestS : kPeakFadeS);
   if (is_free) {
+    at_proof_s_ = 0.0;
     has_stretch_ = false;
     noted_slots_ = 0;
     if (unloaded_s_ > kForgetsNotedS) noted_n_ = {};
@@ -184,6 +180,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     return prove();
   }
   peak_inertia_n_ = std::max(now.inertia_n, peak_inertia_n_);
+  at_proof_s_ = is_back_at_proof(now) ? std::min(at_proof_s_ + s, kLongS) : 0.0;
   follow_noted(now);
   if (shows_only_noted() && exceeds(before(0).tip_mm - noted_tip_mm_, kLeftMm)) {
     jump(std::exchange(noted_n_, {}));
@@ -191,9 +188,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     return;
   }
   if (!is_swing(now) && !shows_only_noted()) {
-    if (is_back_at_proof(now)) {
-      // Nothing, or a load that the jump hides.
-    } else if (shows_load(now)) {
+    if (shows_load(now)) {
       unloaded_s_ = 0.0;
       held_n_ = now.steady_n;
       held_tip_mm_ = before(0).tip_mm;
@@ -208,111 +203,6 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
 void LoadWatch::follow_drift(const hal::Vector3& reading_n, double s) noexcept {
   run_slots_ = 0;
   drift_n_ = drift_n_ + clamped(reading_n * (1.0 / kFollowS), kFollowNPerS) * s;
-}
-
-bool LoadWatch::has_even_slots(double& former_s, double& latter_s) const noexcept {
-  if (filled_ < 2 * kHalf + 1) return false;
-  double longest_s = 0.0;
-  const auto length_s = [&](const Slot* slot) {
-    double sum_s = 0.0;
-    for (std::size_t i = 0; i < kHalf; ++i, --slot) {
-      sum_s += slot->length_s;
-      longest_s = std::max(longest_s, slot->length_s);
-    }
-    return sum_s;
-  };
-  latter_s = length_s(&before(0));
-  former_s = length_s(&before(kHalf));
-  return longest_s * kHalf < 0.75 * (former_s + latter_s);
-}
-
-LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
-  Load now;
-  const hal::Vector3 zero = zero_n();
-  now.prompt_n = now.steady_n = before(0).reading_n - zero;
-  double former_s = 0.0;
-  double latter_s = 0.0;
-  if (!has_even_slots(former_s, latter_s)) {
-    now.is_inertia_unknown = is_after_gap_ || filled_ > 2 * kHalf;
-    return now;
-  }
-  hal::Vector3 sum_n;
-  const Slot* young = &before(0);
-  const Slot* old = &before(2 * kHalf - 1);
-  for (double weight = 0.5; weight < kHalf; weight += 1.0) {
-    sum_n = sum_n + (young--->reading_n + old++->reading_n) * weight;
-  }
-  const double over_s = 2.0 / (former_s + latter_s);
-  const double per_latter = over_s / latter_s;
-  const double per_former = over_s / former_s;
-  const auto second_difference = [&](hal::Vector3 Slot::*of) {
-    const hal::Vector3& middle = before(kHalf).*of;
-    return (before(0).*of - middle) * per_latter - (middle - before(2 * kHalf).*of) * per_former;
-  };
-  const hal::Vector3 acceleration = second_difference(&Slot::tip_mm);
-  now.acceleration_mm_per_s2 = acceleration;
-  const hal::Vector3 inertia_n =
-      rotated(conjugate(to_rig), acceleration * inertial_force_n(parameters_.tool_mass_g, 1.0));
-  now.inertia_n = norm(inertia_n);
-  // The tool's mass times the way that a newton bends the device.
-  const double per_n_s2 =
-      inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, parameters_.compliance_mm_per_n);
-  if (per_n_s2 > 0.0) {
-    now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
-    now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
-  }
-  now.steady_n = sum_n * (1.0 / (kHalf * kHalf)) - zero + inertia_n;
-  return now;
-}
-
-bool LoadWatch::shows_load(const Load& now) const noexcept {
-  const double size_n = norm(now.prompt_n);
-  if (!(size_n > kLoadN)) return false;
-  const double mass_g = parameters_.tool_mass_g;
-  const double error = kMassError + (mass_g > 0.0 ? parameters_.mass_error_g / mass_g : 0.0);
-  const double least_n = kLoadN + now.unseen_n + error * peak_inertia_n_;
-  if (size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kUnseenMmPerS2)) return true;
-  // If the acceleration is not known, a free tool may have a hand's; what was pressed still is.
-  if (now.is_inertia_unknown && unloaded_s_ > kPressedS) {
-    return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
-  }
-  return dot(now.steady_n, now.prompt_n) > size_n * least_n;
-}
-
-bool LoadWatch::is_back_at_proof(const Load& now) const noexcept {
-  const hal::Vector3 off_n = jump_n_ + first_n_ - proven_jump_n_ - proven_first_n_;
-  if (!has_proof_ || !exceeds(off_n, kLoadN)) return false;
-  Load from_proof = now;
-  from_proof.prompt_n = now.prompt_n + off_n;
-  from_proof.steady_n = now.steady_n + off_n;
-  return squared(from_proof.prompt_n) < squared(now.prompt_n) && !shows_load(from_proof);
-}
-
-bool LoadWatch::is_held(const Load& now) const noexcept {
-  // A tool that was shaken so much of late may bounce.
-  if (unloaded_s_ > kPressedS || squared(noted_n_) > 0.0 || peak_inertia_n_ > kLoadN) return false;
-  return !exceeds(before(0).tip_mm - held_tip_mm_, kHeldMm) &&
-         dot(now.steady_n, held_n_) > kHeldShare * squared(held_n_);
-}
-
-bool LoadWatch::is_swing(const Load& now) noexcept {
-  const double size_n = norm(now.prompt_n);
-  const bool turns = dot(now.prompt_n, run_along_n_) < kTurnCosine * size_n * norm(run_along_n_);
-  run_peak_n_ *= left_of_peak(before(0).length_s, kPeakFadeS);
-  if (run_slots_ == 0 || turns || size_n < kDipShare * run_peak_n_) {
-    run_slots_ = 0;
-    run_along_n_ = now.prompt_n;
-    run_peak_n_ = size_n;
-    // What rises out of free air says nothing of what swings, what falls or turns does.
-    const double of_now_n = unloaded_s_ < kPressedS ? now.swing_n : now.unseen_n;
-    may_swing_ = std::max(swing_n_, of_now_n) > kLoadN || (may_swing_ && unloaded_s_ < kSwingS);
-  }
-  ++run_slots_;
-  run_peak_n_ = std::max(run_peak_n_, size_n);
-  run_along_n_ = run_along_n_ + (now.prompt_n - run_along_n_) * kAlongShare;
-  swing_n_ = std::max(swing_n_, now.swing_n);
-  if (run_slots_ > kHalfSwingSlots) may_swing_ = false;
-  return may_swing_;
 }
 
 void LoadWatch::look_for_object(const Load& load, const hal::Quaternion& to_rig) noexcept {
@@ -351,6 +241,8 @@ bool LoadWatch::is_proven() const noexcept {
 }
 
 void LoadWatch::follow(const Load& load, const hal::Quaternion& to_rig) noexcept {
+  // What is read may be the tool's inertia: it proves no wrong zero.
+  if (!load.has_inertia && !is_waiting_) return;
   if (!has_stretch_ || exceeds(load.prompt_n - stretch_load_n_, kUnchangedN)) {
     return begin_stretch(load, to_rig);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -41,7 +42,7 @@ struct LoadWatchParameters {
 ///               kBefore slots before and kAfter slots after two slots; both fit within kFlatShare |s|, with
 ///               the same slope, and the reading itself has changed by most of it between them. It does not
 ///               count if nothing is read any more afterwards: then a load has gone; nor, under load, between
-///               slots of uneven length: a late clock samples a contact unevenly.
+///               slots one of which is more than twice as long as the others.
 ///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
 ///               is something to press. As long as nothing but that step is read any more, the reading shows no
 ///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back
@@ -92,8 +93,9 @@ class LoadWatch {
   /// The sensor is not listened to: what it reads next is nothing, as far as drift goes.
   void forget_zero() noexcept;
 
-  /// Time since the reading last showed a load, s.
-  double unloaded_s() const noexcept { return unloaded_s_; }
+  /// Time since the reading last showed a load, s. A reading that is back at the zero before a jump which is not
+  /// proven shows none: what the watch itself makes of it may be a load, and is not changed by that.
+  double unloaded_s() const noexcept { return std::max(unloaded_s_, at_proof_s_); }
   /// A step that may be a jump has not been decided on.
   bool is_suspected() const noexcept { return is_suspected_; }
   /// All that is read is a step that was noted under load: most likely the object has been left.
@@ -161,13 +163,16 @@ class LoadWatch {
     hal::Vector3 prompt_n;
     hal::Vector3 steady_n;
     hal::Vector3 acceleration_mm_per_s2{};  ///< under the same weights
-    bool is_inertia_unknown = false;        ///< after a gap and between uneven slots: it was not taken off
+    bool has_inertia = false;               ///< it was taken off
+    bool is_inertia_unknown = false;        ///< after a gap and between uneven slots
     double inertia_n = 0.0;                 ///< magnitude of what was taken off
     double unseen_n = 0.0;  ///< of the inertia that the encoders do not show: the device bends under its force
     double swing_n = 0.0;   ///< the same of the device's force and the load
   };
 
   const Slot& before(std::size_t age) const noexcept { return slots_[newest_ - age]; }
+  /// Share of a peak that is left after `s`.
+  static double left_of_peak(double s, double fade_s) noexcept { return 1.0 - std::min(s / fade_s, 1.0); }
   void take_bias(const hal::RigSample& sample) noexcept;
   /// Takes so much more of a reading for weight in the zero, of those that are remembered, too.
   void add_to_readings(const hal::Vector3& by_n) noexcept;
@@ -193,7 +198,8 @@ class LoadWatch {
   bool is_swing(const Load& now) noexcept;
   /// The zero has jumped by that much.
   void jump(const hal::Vector3& by_n) noexcept;
-  bool has_even_slots(double& former_s, double& latter_s) const noexcept;
+  /// The slots of both halves of the triangle are there, none much longer than the others.
+  bool has_window(double& former_s, double& latter_s) const noexcept;
   void suspect() noexcept;
   /// Returns true if none of the last slots is much longer than the others.
   bool are_even(std::size_t slots) const noexcept;
@@ -239,6 +245,7 @@ class LoadWatch {
   hal::Vector3 run_along_n_;
   double settling_s_ = 0.0;      ///< left, of what was taken over
   double unloaded_s_ = 0.0;
+  double at_proof_s_ = 0.0;  ///< running, in which the reading was back at the zero that was proven last
   hal::Vector3 held_n_;       ///< the load that was seen last, without inertia
   hal::Vector3 held_tip_mm_;  ///< where the tip was then
   bool is_suspected_ = false;

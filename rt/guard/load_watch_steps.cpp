@@ -1,6 +1,7 @@
 // Jumps of the sensor's zero by their shape.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "rt/guard/load_watch.h"
@@ -43,7 +44,7 @@ bool LoadWatch::is_impact() const noexcept {
 }
 
 bool LoadWatch::are_even(std::size_t slots) const noexcept {
-  constexpr double kMaxLonger = 1.5;
+  constexpr double kMaxLonger = 2.2;
   double longest_s = 0.0;
   double sum_s = 0.0;
   for (std::size_t age = 0; age < slots; ++age) {
@@ -57,17 +58,32 @@ bool LoadWatch::find_step() noexcept {
   if (!is_suspected_ || suspected_slots_ + 2 < kAfter || filled_ < kStepSlots) return false;
   const auto reading = [this](std::size_t age) -> const hal::Vector3& { return before(age).reading_n; };
   static_assert(kBefore == 3 && kAfter == 4);
-  const hal::Vector3 slope_after = (reading(0) - reading(3)) * (1.0 / 3.0);
-  const hal::Vector3 slope_before = (reading(6) - reading(8)) * 0.5;
+  std::array<double, kStepSlots> at_s;  // the middles of the slots: they may be of uneven length
+  double end_s = 0.0;
+  for (std::size_t age = 0; age < kStepSlots; ++age) {
+    const double length_s = before(age).length_s;
+    at_s[age] = end_s - 0.5 * length_s;
+    end_s -= length_s;
+  }
+  const double slot_s = -end_s / kStepSlots;
+  const auto slope = [&](std::size_t young, std::size_t old) {  // a slot
+    return (reading(young) - reading(old)) * (slot_s / (at_s[young] - at_s[old]));
+  };
+  const auto off_line = [&](std::size_t age, std::size_t young, std::size_t old) {
+    return reading(age) - reading(old) - slope(young, old) * ((at_s[age] - at_s[old]) / slot_s);
+  };
+  const hal::Vector3 slope_after = slope(0, 3);
+  const hal::Vector3 slope_before = slope(6, 8);
   const hal::Vector3 mean_after = (reading(0) + reading(1) + reading(2) + reading(3)) * 0.25;
   const hal::Vector3 mean_before = (reading(6) + reading(7) + reading(8)) * (1.0 / 3.0);
   const hal::Vector3 zero = zero_n();
   const bool was_loaded = exceeds(mean_before - zero, kLoadN);
-  // Between slots of uneven length a reaction changes by uneven amounts.
+  // A slot that is much longer hides what a reaction did in it.
   if (was_loaded && !are_even(kStepSlots)) return false;
-  constexpr double kApart = 5.5;  // slots between the two means
+  const double apart =
+      (0.25 * (at_s[0] + at_s[1] + at_s[2] + at_s[3]) - (at_s[6] + at_s[7] + at_s[8]) * (1.0 / 3.0)) / slot_s;
   hal::Vector3 step_n = mean_after - mean_before;
-  if (was_loaded) step_n = step_n - (slope_after + slope_before) * (0.5 * kApart);
+  if (was_loaded) step_n = step_n - (slope_after + slope_before) * (0.5 * apart);
   const double size_n = norm(step_n);
   if (size_n < (was_loaded ? kLoadedStepN : kStepN)) return false;
   // Two steep lines may miss each other although nothing stepped, as on an arm that swings.
@@ -80,8 +96,8 @@ bool LoadWatch::find_step() noexcept {
     return was_loaded ? std::abs(dot(v, step_n)) / size_n : norm(v);
   };
   if (bent_n(slope_after - slope_before) > flat_n / kAfter) return false;
-  if (bent_n(reading(0) + reading(3) - reading(1) - reading(2)) > 2.0 * flat_n) return false;
-  if (bent_n(reading(6) + reading(8) - reading(7) * 2.0) > 2.0 * flat_n) return false;
+  if (bent_n(off_line(1, 0, 3) + off_line(2, 0, 3)) > 2.0 * flat_n) return false;
+  if (bent_n(off_line(7, 6, 8)) > flat_n) return false;
   if (!exceeds(mean_after - zero, kLoadN)) return false;  // what was felt has gone
   if (exceeds(jump_n_ + step_n, kMaxJumpN) || is_impact()) return false;
   is_suspected_ = false;

@@ -18,7 +18,8 @@ class BasicMotionEstimator {
 
   /// Takes the position of one tick and when it was measured. Slopes and filter go by the measured interval,
   /// so a late tick does not show as a jump in velocity. After a gap (TickInterval::is_gap) the estimate
-  /// starts afresh; of two readings almost at once the second is left out, for it shows no motion.
+  /// starts afresh; of two readings within kMinPeriods the second is left out: what it shows of the motion is
+  /// the encoder's step, which the filter would hold until the next one.
   void update(const Value& position_mm, std::int64_t time_ns) noexcept;
   void reset() noexcept { timer_.reset(); }
 
@@ -28,7 +29,7 @@ class BasicMotionEstimator {
   double acceleration_lag_s() const noexcept;
 
  private:
-  static constexpr double kMinPeriods = 0.05;  ///< between two readings that show a motion
+  static constexpr double kMinPeriods = 0.5;  ///< between two readings that show a motion
 
   double rate_hz_;
   TickTimer timer_;

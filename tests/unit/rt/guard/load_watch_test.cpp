@@ -15,7 +15,7 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kMassG = 12.6;
-constexpr hal::Vector3 kAxes[] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0},
+constexpr hal::Vector3 kAxes[] = {{1.0, 0.0, 0.0},  {0.0, 1.0, 0.0},  {0.0, 0.0, 1.0},
                                   {-1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}, {0.0, 0.0, -1.0}};
 
 /// A tool on a hand's path, with encoders of 0.03 mm and a sensor with 3 mN of noise; its motion, its zero
@@ -69,12 +69,14 @@ class Tool {
   }
   double amplitude_at(double t) const {  // minimum jerk
     const double x = std::clamp((t - swing_from_s_) / 0.5, 0.0, 1.0);
-    return amplitude_from_mm_ + (amplitude_mm_ - amplitude_from_mm_) * x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
+    return amplitude_from_mm_ +
+           (amplitude_mm_ - amplitude_from_mm_) * x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
   }
   hal::Vector3 path(double t) const {
     const double w = 2.0 * std::numbers::pi * 2.2;
-    return offset_mm + hal::Vector3{std::sin(w * t), std::sin(1.1 * w * t + 1.0), std::sin(0.9 * w * t + 2.0)} *
-                           amplitude_at(t);
+    return offset_mm +
+           hal::Vector3{std::sin(w * t), std::sin(1.1 * w * t + 1.0), std::sin(0.9 * w * t + 2.0)} *
+               amplitude_at(t);
   }
 
   double period_s_;
@@ -199,8 +201,9 @@ void press(Tool& tool) {
   tool.run(0.2);
 }
 
-/// Whether a load is seen while a tool is pulled off an object, with 100 mm/s and then by 25 m/s², its inertia alone.
-/// `exchanged`: meanwhile the scene is exchanged for one that says something else of the same tool.
+/// Whether a load is seen while a tool is pulled off an object, with 100 mm/s and then by 25 m/s², its
+/// inertia alone. `exchanged`: meanwhile the scene is exchanged for one that says something else of the same
+/// tool.
 bool is_load_seen_when_pulled_off(bool exchanged) {
   Tool tool;
   tool.settle();
@@ -228,8 +231,8 @@ TEST(LoadWatch, AnotherSceneWithTheSameToolForgetsNothing) {
   EXPECT_FALSE(is_load_seen_when_pulled_off(true));
 }
 
-/// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, some seconds
-/// ago, the tip was moved back and forth faster than any hand can.
+/// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, some
+/// seconds ago, the tip was moved back and forth faster than any hand can.
 double way_until_load_mm(bool shaken) {
   Tool tool;
   tool.settle();
@@ -317,8 +320,8 @@ TEST(LoadWatch, AKnockOnWhatIsHeldTakesNothingAway) {
   }
 }
 
-// The step of such an object is noted as a jump's is. What then looks like the step is the tool's inertia: as the
-// sensor reads it, or as the encoders show it while the arm bends.
+// The step of such an object is noted as a jump's is. What then looks like the step is the tool's inertia: as
+// the sensor reads it, or as the encoders show it while the arm bends.
 TEST(LoadWatch, AnObjectThatIsMovedUnderThePressIsNoJumpOnceTheToolIsThrown) {
   constexpr double kMmPerS2 = 40e3;
   for (const bool is_read : {true, false}) {
@@ -369,8 +372,8 @@ TEST(LoadWatch, AJumpUnderAPressCountsOnceTheObjectIsLeft) {
   }
 }
 
-// A stiff object that is struck steps as a zero that jumps does; how the reading grows tells them apart, but the zero stays
-// wrong by the step until free air shows it.
+// A stiff object that is struck steps as a zero that jumps does; how the reading grows tells them apart, but
+// the zero stays wrong by the step until free air shows it.
 TEST(LoadWatch, TheZeroBeforeAJumpStaysNothingUntilTheNewOneIsProven) {
   Tool tool;
   tool.settle();

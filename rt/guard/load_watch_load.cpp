@@ -1,0 +1,127 @@
+// What the sensor bears, and whether it can be the tool's own.
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/guard/load_watch.h"
+#include "rt/signal/tool_compensation.h"
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+bool LoadWatch::has_window(double& former_s, double& latter_s) const noexcept {
+  constexpr double kMaxLonger = 3.0;  // than the mean: more hides what happened in it
+  if (filled_ < 2 * kHalf + 1) return false;
+  double longest_s = 0.0;
+  const auto length_s = [&](const Slot* slot) {
+    double sum_s = 0.0;
+    for (std::size_t i = 0; i < kHalf; ++i, --slot) {
+      sum_s += slot->length_s;
+      longest_s = std::max(longest_s, slot->length_s);
+    }
+    return sum_s;
+  };
+  latter_s = length_s(&before(0));
+  former_s = length_s(&before(kHalf));
+  return longest_s * (2 * kHalf) < kMaxLonger * (former_s + latter_s);
+}
+
+LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
+  Load now;
+  const hal::Vector3 zero = zero_n();
+  now.prompt_n = now.steady_n = before(0).reading_n - zero;
+  double former_s = 0.0;
+  double latter_s = 0.0;
+  if (!has_window(former_s, latter_s)) {
+    now.is_inertia_unknown = is_after_gap_ || filled_ > 2 * kHalf;
+    return now;
+  }
+  now.has_inertia = true;
+  // Under the triangle over both halves, by time: slots may be of uneven length.
+  hal::Vector3 sum_n;
+  double end_s = 0.0;
+  for (std::size_t age = 0; age < kHalf; ++age) {
+    const Slot& slot = before(age);
+    sum_n = sum_n + slot.reading_n * (slot.length_s * (end_s + 0.5 * slot.length_s) / latter_s);
+    end_s += slot.length_s;
+  }
+  double begin_s = 0.0;
+  for (std::size_t age = 2 * kHalf; age-- > kHalf;) {
+    const Slot& slot = before(age);
+    sum_n = sum_n + slot.reading_n * (slot.length_s * (begin_s + 0.5 * slot.length_s) / former_s);
+    begin_s += slot.length_s;
+  }
+  const double over_s = 2.0 / (former_s + latter_s);
+  const double per_latter = over_s / latter_s;
+  const double per_former = over_s / former_s;
+  const auto second_difference = [&](hal::Vector3 Slot::*of) {
+    const hal::Vector3& middle = before(kHalf).*of;
+    return (before(0).*of - middle) * per_latter - (middle - before(2 * kHalf).*of) * per_former;
+  };
+  const hal::Vector3 acceleration = second_difference(&Slot::tip_mm);
+  now.acceleration_mm_per_s2 = acceleration;
+  const hal::Vector3 inertia_n =
+      rotated(conjugate(to_rig), acceleration * inertial_force_n(parameters_.tool_mass_g, 1.0));
+  now.inertia_n = norm(inertia_n);
+  // The tool's mass times the way that a newton bends the device.
+  const double per_n_s2 =
+      inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, parameters_.compliance_mm_per_n);
+  if (per_n_s2 > 0.0) {
+    now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
+    now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
+  }
+  now.steady_n = sum_n * over_s - zero + inertia_n;
+  return now;
+}
+
+bool LoadWatch::shows_load(const Load& now) const noexcept {
+  const double size_n = norm(now.prompt_n);
+  if (!(size_n > kLoadN)) return false;
+  const double mass_g = parameters_.tool_mass_g;
+  const double error = kMassError + (mass_g > 0.0 ? parameters_.mass_error_g / mass_g : 0.0);
+  const double least_n = kLoadN + now.unseen_n + error * peak_inertia_n_;
+  if (size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kUnseenMmPerS2)) return true;
+  // If the acceleration is not known, a free tool may have a hand's; what was pressed still is.
+  if (now.is_inertia_unknown && unloaded_s_ > kPressedS) {
+    return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
+  }
+  return dot(now.steady_n, now.prompt_n) > size_n * least_n;
+}
+
+bool LoadWatch::is_back_at_proof(const Load& now) const noexcept {
+  const hal::Vector3 off_n = jump_n_ + first_n_ - proven_jump_n_ - proven_first_n_;
+  if (!has_proof_ || !exceeds(off_n, kLoadN)) return false;
+  Load from_proof = now;
+  from_proof.prompt_n = now.prompt_n + off_n;
+  from_proof.steady_n = now.steady_n + off_n;
+  return squared(from_proof.prompt_n) < squared(now.prompt_n) && !shows_load(from_proof);
+}
+
+bool LoadWatch::is_held(const Load& now) const noexcept {
+  // A tool that was shaken so much of late may bounce.
+  if (unloaded_s_ > kPressedS || squared(noted_n_) > 0.0 || peak_inertia_n_ > kLoadN) return false;
+  return !exceeds(before(0).tip_mm - held_tip_mm_, kHeldMm) &&
+         dot(now.steady_n, held_n_) > kHeldShare * squared(held_n_);
+}
+
+bool LoadWatch::is_swing(const Load& now) noexcept {
+  const double size_n = norm(now.prompt_n);
+  const bool turns = dot(now.prompt_n, run_along_n_) < kTurnCosine * size_n * norm(run_along_n_);
+  run_peak_n_ *= left_of_peak(before(0).length_s, kPeakFadeS);
+  if (run_slots_ == 0 || turns || size_n < kDipShare * run_peak_n_) {
+    run_slots_ = 0;
+    run_along_n_ = now.prompt_n;
+    run_peak_n_ = size_n;
+    // What rises out of free air says nothing of what swings, what falls or turns does.
+    const double of_now_n = unloaded_s_ < kPressedS ? now.swing_n : now.unseen_n;
+    may_swing_ = std::max(swing_n_, of_now_n) > kLoadN || (may_swing_ && unloaded_s_ < kSwingS);
+  }
+  ++run_slots_;
+  run_peak_n_ = std::max(run_peak_n_, size_n);
+  run_along_n_ = run_along_n_ + (now.prompt_n - run_along_n_) * kAlongShare;
+  swing_n_ = std::max(swing_n_, now.swing_n);
+  if (run_slots_ > kHalfSwingSlots) may_swing_ = false;
+  return may_swing_;
+}
+
+}  // namespace hapticd::rt
