@@ -26,7 +26,22 @@ void BasicContactStage<Value>::reset() noexcept {
   onset_.forget();
   in_motion_.reset();
   is_zero_ = false;
-  waiting_s_ = 0.0;
+  waiting_s_ = load_s_ = 0.0;
+  missed_loads_ = 0;
+}
+
+template <class Value>
+void BasicContactStage<Value>::count_missed_loads(const TickInterval& interval) noexcept {
+  if (!detector_.is_waiting()) {
+    missed_loads_ = 0;
+    load_s_ = 0.0;
+  } else if (force_n_ > kMissedN) {
+    const bool was_shorter = load_s_ < kMissedS;
+    load_s_ = std::min(load_s_ + interval.s, kMissedS);
+    if (was_shorter && load_s_ >= kMissedS) missed_loads_ = std::min(missed_loads_ + 1, kMissedLoads);
+  } else if (force_n_ < 0.5 * kMissedN) {
+    load_s_ = 0.0;
+  }
 }
 
 template <class Value>
@@ -43,6 +58,7 @@ void BasicContactStage<Value>::follow_free_reading(const Input& now) noexcept {
   } else if (magnitude(now.velocity_mm_per_s) > kMovingMmPerS && force_n_ < in_motion_.kMaxN) {
     waiting_s_ = std::min(waiting_s_ + now.interval.s, 2.0 * kWaitingS);
   }
+  count_missed_loads(now.interval);
   const Value varies_n = residual_.prompt_force_n() - free_mean_n_;
   free_mean_n_ = free_mean_n_ + varies_n * (now.interval.s / (now.interval.s + kNoiseMeanS));
   const double one_n = magnitude(varies_n) / std::sqrt(stiffness_fit::components(Value{}));
@@ -94,7 +110,8 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
   if (!in_contact()) return follow_free_reading(now);
   is_zero_ = false;
   in_motion_.reset();
-  waiting_s_ = 0.0;
+  waiting_s_ = load_s_ = 0.0;
+  missed_loads_ = 0;
   if (detector_.just_declared() || now.interval.is_gap) evidence_.begin();
 }
 

@@ -87,8 +87,8 @@ class BasicContactStage {
   const Value& residual_n() const noexcept { return residual_.residual_n(); }
   /// True if residual_n() is the zero's although it is beyond the threshold: it stays what it is in motion.
   bool zero_shows_in_motion() const noexcept { return is_zero_; }
-  /// True if it has been waiting in motion for so long that the sensor's zero must be wrong.
-  bool waits_in_motion() const noexcept { return waiting_s_ > kWaitingS; }
+  /// True if it has been waiting in motion for so long, or over so many loads, that the sensor's zero must be wrong.
+  bool waits_in_motion() const noexcept { return waiting_s_ > kWaitingS || missed_loads_ >= kMissedLoads; }
 
  private:
   /// What a force in free motion may be after all.
@@ -113,13 +113,20 @@ class BasicContactStage {
   bool may_be_met(const Input& now) const noexcept;
 
   void follow_free_reading(const Input& now) noexcept;
+  /// Counts the loads of kMissedN that came and went for kMissedS while a free tool was waited for.
+  void count_missed_loads(const TickInterval& interval) noexcept;
 
   static constexpr double kWaitingS = 2.0;
+  static constexpr double kMissedN = 0.3;
+  static constexpr double kMissedS = 0.3;
+  static constexpr int kMissedLoads = 2;
   static constexpr double kNoiseMeanS = 0.01;  // what changes more slowly, the slope's acceleration takes
 
   BasicReadingInMotion<Value> in_motion_;
   bool is_zero_ = false;
   double waiting_s_ = 0.0;
+  double load_s_ = 0.0;  ///< how long the present load has lasted
+  int missed_loads_ = 0;
   Value free_mean_n_{};  ///< of what a free tool reads, of late
   double force_n_ = 0.0;
   int unproven_ = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "rt/signal/stiffness_fit.h"
@@ -8,9 +9,10 @@
 namespace hapticd::rt {
 
 /// Whether what a sensor reads of nothing is its zero: a reading of less than kMaxN that stays what it is
-/// while the tip moves along it by kFarMm, or by kNearMm in a second. An object whose reaction changes so little over
-/// that way is softer than the softest that is distinguished from free air (0.02 N/mm). `Value` is a number
-/// along the press axis or a vector.
+/// while the tip moves along it by kFarMm, or by kNearMm in a second, or by kAcrossMm in any direction and most of the
+/// way back: what strokes an object has its friction turn. An object whose reaction changes so little over that way is
+/// softer than the softest that is distinguished from free air (0.02 N/mm). `Value` is a number along the press axis or
+/// a vector.
 template <class Value>
 class BasicReadingInMotion {
  public:
@@ -19,6 +21,7 @@ class BasicReadingInMotion {
   static constexpr double kFarMm = 5.0;
   static constexpr double kNearMm = 2.0;
   static constexpr double kNearS = 1.0;
+  static constexpr double kAcrossMm = 10.0;
   /// A zero that has shown is taken over with at most that much; the reading moves with it.
   static constexpr double kTakeOverNPerS = 0.05;
 
@@ -35,6 +38,7 @@ class BasicReadingInMotion {
       is_zero_ = false;
       level_n_ = reading_n;
       from_mm_ = tip_mm;
+      farthest_mm_ = 0.0;
       s_ = 0.0;
       return false;
     }
@@ -46,9 +50,13 @@ class BasicReadingInMotion {
       level_n_ = level_n_ + change_n * (size_n > most_n ? most_n / size_n : 1.0);
       return true;
     }
-    // Across it a reading stays what it is on an object, too: it is stroked.
-    const double moved_mm = std::abs(stiffness_fit::inner(tip_mm - from_mm_, level_n_)) / magnitude(level_n_);
-    is_zero_ = moved_mm >= kFarMm || (moved_mm >= kNearMm && s_ >= kNearS);
+    // Across it a reading stays what it is on an object, too, that is stroked one way.
+    const Value moved = tip_mm - from_mm_;
+    const double along_mm = std::abs(stiffness_fit::inner(moved, level_n_)) / magnitude(level_n_);
+    const double away_mm = magnitude(moved);
+    farthest_mm_ = std::max(farthest_mm_, away_mm);
+    is_zero_ = along_mm >= kFarMm || (along_mm >= kNearMm && s_ >= kNearS) ||
+               (farthest_mm_ >= kAcrossMm && away_mm < 0.5 * farthest_mm_);
     return is_zero_;
   }
 
@@ -57,6 +65,7 @@ class BasicReadingInMotion {
   bool is_zero_ = false;
   Value level_n_{};
   Value from_mm_{};
+  double farthest_mm_ = 0.0;
   double s_ = 0.0;
 };
 

@@ -111,6 +111,24 @@ TEST(ContactStage, AWrongZeroIsWithdrawnAndEarnsNothing) {
   EXPECT_TRUE(line.stage().zero_shows()) << "so that it can be followed";
 }
 
+TEST(ContactStage, LoadsThatComeAndGoWhileAFreeToolIsWaitedForAreReported) {
+  Line line;
+  constexpr double kWrongZeroN = 0.12;  // beyond what is taken over
+  const auto press = [&line](double seconds, double force_n) {
+    for (int i = 0; i < static_cast<int>(1e3 * seconds); ++i) line.tick(0.0, kWrongZeroN + force_n);
+  };
+  press(0.5, 0.0);
+  ASSERT_TRUE(line.detector().is_waiting());
+  press(0.5, 1.0);
+  EXPECT_FALSE(line.stage().waits_in_motion()) << "it may have been pressed when the scene was loaded";
+  press(0.5, 0.0);
+  press(0.5, 1.0);
+  EXPECT_TRUE(line.stage().waits_in_motion());
+  for (int i = 0; i < 500; ++i) line.tick(0.0, 0.0);
+  EXPECT_TRUE(line.detector().is_free());
+  EXPECT_FALSE(line.stage().waits_in_motion());
+}
+
 TEST(ContactStage, AToolThatFoundTheObjectWithinAGapWaitsUntilItIsFree) {
   Line line;
   for (int i = 0; i < 100; ++i) line.tick(0.0, 0.0);

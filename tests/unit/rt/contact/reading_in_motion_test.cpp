@@ -40,6 +40,24 @@ TEST(ReadingInMotion, AnObjectIsNoneHoweverSoftAndSlowlyPressed) {
   }
 }
 
+TEST(ReadingInMotion, AcrossItAReadingIsTheZerosOnceTheTipHasComeBack) {
+  ReadingInMotion3 reading;
+  const auto at = [](double z_mm) { return hal::Vector3{0.0, 0.0, z_mm}; };
+  int shown_at = 0;
+  for (int i = 0; i < 1000 && shown_at == 0; ++i) {
+    const double z_mm = 15.0 * std::sin(0.00628 * i);  // a guided press: along z alone
+    if (reading.update({0.06, 0.0, 0.0}, at(z_mm), kTickS)) shown_at = i;
+  }
+  EXPECT_GT(shown_at, 250) << "after the turn";
+  EXPECT_LT(shown_at, 500);
+  reading.reset();
+  for (int i = 0; i < 1000; ++i) {  // stroked to and fro along z: its friction turns
+    const double friction_n = (i / 250) % 2 == 0 ? 0.02 : -0.02;
+    const double z_mm = 15.0 * std::sin(0.00628 * (i + 250));
+    ASSERT_FALSE(reading.update({0.06, 0.0, friction_n}, at(z_mm), kTickS)) << i;
+  }
+}
+
 TEST(ReadingInMotion, AtRestAndBeyondItsBoundNothingShows) {
   ReadingInMotion reading;
   for (int i = 0; i < 10000; ++i) EXPECT_FALSE(reading.update(0.05, 0.0, kTickS));
