@@ -1,10 +1,14 @@
 #include "rt/assist/assistance.h"
 
+#include <algorithm>
+
 namespace hapticd::rt {
 
-void Assistance::exchange(const AssistanceSpec& spec) noexcept {
-  fixture_.reset();
+void Assistance::exchange(const AssistanceSpec& spec, bool fades) noexcept {
+  leaving_n_ = fixture_force_n_;
+  leaving_share_ = fades && dot(leaving_n_, leaving_n_) > 0.0 ? 1.0 : 0.0;
   fixture_force_n_ = {};
+  fixture_.reset();
   watch_.reset();
   if (spec.fixture) fixture_.emplace(*spec.fixture, spec.press_axis);
   if (spec.watch) watch_.emplace(*spec.watch, spec.press_axis, rate_hz_);
@@ -38,11 +42,15 @@ hal::Vector3 Assistance::update(const hal::RigSample& sample, const Touch& touch
   const bool allowed = is_force_allowed && is_known;
   const hal::Vector3& velocity = speed_.velocity_mm_per_s();
   guide_force_n_ = guide_.update({sample.tip_position_mm, velocity, interval_s, is_touched_, allowed});
-  if (!fixture_) return guide_force_n_;
-  fixture_force_n_ =
-      fixture_->update({sample.tip_position_mm, velocity, interval_s, is_touched_, touch.is_withdrawn,
-                        touch.displacement_mm, guide_.is_acting(), allowed});
-  return guide_force_n_ + fixture_force_n_;
+  leaving_share_ = allowed ? std::max(0.0, leaving_share_ - interval_s / kLeaveS) : 0.0;
+  fixture_force_n_ = leaving_n_ * leaving_share_;
+  if (fixture_) {
+    fixture_force_n_ =
+        fixture_force_n_ +
+        fixture_->update({sample.tip_position_mm, velocity, interval_s, is_touched_, touch.is_withdrawn,
+                          touch.displacement_mm, guide_.is_acting(), allowed});
+  }
+  return force_n();
 }
 
 void Assistance::fill_record(TickRecord& record) const noexcept {

@@ -26,21 +26,24 @@ class Assistance {
  public:
   explicit Assistance(double rate_hz) noexcept : rate_hz_(rate_hz) {}
 
-  /// Exchanges the scene's part. A guide that leads the tool goes on; a presentation under way is not valid.
-  void exchange(const AssistanceSpec& spec) noexcept;
+  /// Exchanges the scene's part. A guide that leads the tool goes on; the fixture's force fades within
+  /// kLeaveS, or goes at once if no scene follows; a presentation under way is not valid.
+  void exchange(const AssistanceSpec& spec, bool fades = true) noexcept;
   /// Returns its number, from 1. One that is under way ends as cancelled.
   std::uint32_t begin_guide(const GuideMotion& motion) noexcept;
   void cancel_guide() noexcept { guide_.cancel(); }
-  /// Force of the guide as wanted in the last tick, rig frame.
-  const hal::Vector3& guide_force_n() const noexcept { return guide_force_n_; }
+  /// Force of guide and fixture as wanted in the last tick, rig frame.
+  hal::Vector3 force_n() const noexcept { return guide_force_n_ + fixture_force_n_; }
   /// Returns its number, from 1; 0 without a watch. One that is under way is forgotten.
   std::uint32_t begin_presentation() noexcept;
   /// Ends a presentation; number 0 if none is under way.
   PresentationSummary end_presentation() noexcept;
 
-  /// True while there is neither fixture nor watch and the device has never led the tool: update(), observe()
-  /// and fill_record() are then not needed.
-  bool is_idle() const noexcept { return guide_.number() == 0 && !fixture_ && !watch_; }
+  /// True while there is neither fixture, nor what it left, nor watch, and the device has never led the tool:
+  /// update(), observe() and fill_record() are then not needed.
+  bool is_idle() const noexcept {
+    return guide_.number() == 0 && !fixture_ && !watch_ && leaving_share_ == 0.0;
+  }
   /// Force on the tip, rig frame. `touch`: of the scene's pipeline with this sample.
   /// `interval_s` > 0 since the last tick.
   hal::Vector3 update(const hal::RigSample& sample, const Touch& touch, bool is_force_allowed,
@@ -57,8 +60,11 @@ class Assistance {
   ToolSpeed speed_;
   bool is_touched_ = false;  ///< from an evident contact on, until it ends
   ToolGuide guide_;
+  static constexpr double kLeaveS = 0.02;
   hal::Vector3 guide_force_n_;
   hal::Vector3 fixture_force_n_;
+  hal::Vector3 leaving_n_;  ///< of the fixture of the scene before
+  double leaving_share_ = 0.0;
   std::optional<ToolFixture> fixture_;
   std::optional<PresentationWatch> watch_;
   std::uint32_t presentations_ = 0;

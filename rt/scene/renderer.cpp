@@ -24,10 +24,11 @@ Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits, const As
   channels_ = next != nullptr ? next->channels() : 0;
   ++generation_;
   pipeline_is_stale_ = true;
-  hand_over_n_ = guard_.force_n() - assistance_.guide_force_n();
+  hand_over_n_ = of_pipeline(guard_.force_n(), guard_.wanted_n(), assistance_.force_n());
+  hand_over_s_ = limits.renders_real_object ? kHandOverS : kUnwatchedHandOverS;
   hand_over_share_ = next != nullptr && dot(hand_over_n_, hand_over_n_) > 0.0 ? 1.0 : 0.0;
   guard_.set_limits(limits);
-  assistance_.exchange(spec);
+  assistance_.exchange(spec, next != nullptr);
   if (before != nullptr && (before->channels() & channel::kZero) != 0) zero_ = before->zero();
   if (next != nullptr) next->adopt_zero(zero_);
   return before;
@@ -100,8 +101,9 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   const bool is_free = !output.in_contact && !output.wants_force;
   // A missing tick does not count as time in which it was seen free.
   free_s_ = is_free ? std::min(free_s_ + std::min(guard_.interval_s(), period_s_), kFreeS) : 0.0;
-  hand_over_share_ =
-      guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);
+  hand_over_share_ = guard_.force_is_zero()
+                         ? 0.0
+                         : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / hand_over_s_);
   const double interval_s = guard_.rise_interval_s();
   const bool assists = !assistance_.is_idle();
   const hal::Vector3 assistance_n =

@@ -17,8 +17,9 @@ class Renderer {
       : guard_(limits, rate_hz), assistance_(rate_hz), period_s_(1.0 / rate_hz) {}
 
   /// Swaps the pipeline (null: no scene, zero force) and returns the one before; the caller keeps ownership
-  /// of both. The new one starts reset, and what it wants replaces the present force over 50 ms, so that
-  /// nothing is cut off in a hand. Without a new one force goes at once, as fast as the guard lets it.
+  /// of both. The new one starts reset, and what it wants replaces the present force over 50 ms, to a scene
+  /// without a real object over 20 ms, so that nothing is cut off in a hand. Without a new one force goes at
+  /// once, as fast as the guard lets it.
   Pipeline* exchange(Pipeline* next, const GuardLimits& limits, const AssistanceSpec& spec = {}) noexcept;
   bool has_scene() const noexcept { return pipeline_ != nullptr; }
   /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
@@ -49,6 +50,8 @@ class Renderer {
   void watch_bias(const hal::RigSample& sample) noexcept;
 
   static constexpr double kHandOverS = 0.05;
+  /// Time of a hand-over to a scene whose guard does not bound in free air what an object's scene leaves.
+  static constexpr double kUnwatchedHandOverS = 0.02;
   static constexpr double kFreeS = 0.06;  // well beyond the longest fade
 
   Pipeline* pipeline_ = nullptr;
@@ -60,6 +63,7 @@ class Renderer {
   FollowedZero zero_;              ///< of the pipeline before, as the sensor's goes on
   hal::Vector3 hand_over_n_;       ///< of the pipeline before, when it was exchanged
   double hand_over_share_ = 0.0;
+  double hand_over_s_ = kHandOverS;
   double period_s_;
   double free_s_ = 0.0;             ///< out of contact with no force wanted, up to kFreeS
   std::uint32_t generation_ = 0;    ///< scene loads and unloads so far

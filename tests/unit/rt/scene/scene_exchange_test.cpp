@@ -13,7 +13,11 @@ class Constant final : public Pipeline {
   explicit Constant(double force_n, bool in_contact = true) : force_n_(force_n), in_contact_(in_contact) {}
   std::uint32_t channels() const noexcept override { return channel::kContact | channel::kTarget; }
   PipelineOutput evaluate(const hal::RigSample&) noexcept override {
-    return {{0.0, 0.0, force_n_}, in_contact_, std::abs(force_n_) >= kTraceN, 0};
+    return {{0.0, 0.0, force_n_},
+            in_contact_,
+            std::abs(force_n_) >= kTraceN,
+            0,
+            {.in_contact = in_contact_, .is_evident = in_contact_}};
   }
   void fill_record(TickRecord& record) const noexcept override {
     record.in_contact = in_contact_;
@@ -48,6 +52,7 @@ class SceneExchange : public testing::Test {
   double tick() {
     hal::RigSample sample;
     sample.tick = tick_++;
+    sample.tip_position_mm = tip_mm_;
     TickRecord record;
     return renderer_.tick(sample, record).force_n.z;
   }
@@ -59,24 +64,55 @@ class SceneExchange : public testing::Test {
 
   Renderer renderer_{wide(), 1000.0};
   std::uint64_t tick_ = 0;
+  hal::Vector3 tip_mm_;
 };
 
-TEST_F(SceneExchange, HandsTheForceOverInFiftyMilliseconds) {
+// To a scene without a real object; what an object's scene hands over to another one is in its contact.
+TEST_F(SceneExchange, HandsTheForceOverInTwentyMilliseconds) {
   Constant before(3.0);
   Constant after(1.0);
   renderer_.exchange(&before, wide());
   EXPECT_EQ(tick(), 3.0) << "nothing stood: nothing to hand over";
   EXPECT_EQ(renderer_.exchange(&after, wide()), &before);
   double last_n = 3.0;
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 20; ++i) {
     const double force_n = tick();
     EXPECT_LE(force_n, last_n);
-    EXPECT_LT(last_n - force_n, 2.0 / 50 + 1e-9);
+    EXPECT_LT(last_n - force_n, 2.0 / 20 + 1e-9);
     EXPECT_EQ(after.applied_n, force_n) << "what the device is given, the one who wanted it";
     last_n = force_n;
   }
   EXPECT_NEAR(last_n, 1.0, 1e-9);
   EXPECT_EQ(tick(), 1.0);
+}
+
+TEST_F(SceneExchange, LetsTheForceOfTheFixtureFade) {
+  AssistanceSpec fixed;
+  fixed.fixture = FixtureParameters{};
+  for (const bool has_next : {true, false}) {
+    Constant before(0.0, true);
+    Constant after(0.0, false);
+    tip_mm_ = {};
+    renderer_.exchange(&before, wide(), fixed);
+    ticks(10);
+    before.set(0.0, false);
+    tip_mm_.z = 3.0;
+    double last_n = ticks(300);
+    const double stood_n = last_n;
+    ASSERT_LT(stood_n, -1.0);
+    renderer_.exchange(has_next ? &after : nullptr, wide());
+    if (!has_next) {
+      EXPECT_EQ(tick(), 0.0);
+      continue;
+    }
+    for (int i = 0; i < 20; ++i) {
+      const double force_n = tick();
+      EXPECT_LE(force_n - last_n, -stood_n / 20 + 1e-9) << i;
+      EXPECT_EQ(after.applied_n, 0.0) << "it is not the scene's";
+      last_n = force_n;
+    }
+    EXPECT_EQ(last_n, 0.0);
+  }
 }
 
 TEST_F(SceneExchange, WithoutASceneForceGoesAtOnce) {
@@ -157,9 +193,9 @@ TEST_F(SceneExchange, ALateTickIsNoHandOver) {
   TickRecord record;
   sample.time_ns = 1'000'000;
   renderer_.tick(sample, record);
-  sample.time_ns += 40'000'000;  // of 50 ms
+  sample.time_ns += 18'000'000;  // of 20 ms
   const double force_n = renderer_.tick(sample, record).force_n.z;
-  EXPECT_NEAR(force_n, 1.0 + 2.0 * (1.0 - 0.02 - 0.2), 1e-9) << "10 ms at most";
+  EXPECT_NEAR(force_n, 1.0 + 2.0 * (1.0 - 0.05 - 0.5), 1e-9) << "10 ms at most";
 }
 
 TEST_F(SceneExchange, NoNumberIsNoForceEvenWhileHandingOver) {
