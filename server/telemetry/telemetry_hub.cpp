@@ -11,21 +11,33 @@ namespace {
 constexpr std::chrono::milliseconds kRound{2};
 /// Records taken at once: limits a chunk's size when a recording is played as fast as possible.
 constexpr std::size_t kMaxChunk = 1024;
+/// Subscribers that keep up ask for the encoded form of a record within this time.
+constexpr std::chrono::milliseconds kKeepsEncoded{250};
 
 }  // namespace
 
-const std::string& RecordChunk::encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const {
+void RecordChunk::append_encoded(std::string& text, std::uint32_t index, std::uint32_t channels,
+                                 Encode encode) const {
   {
     const MutexLock lock(mutex_);
-    std::vector<std::string>& texts = encoded_[channels];
-    texts.resize(records.size());
-    if (!texts[index].empty()) return texts[index];
+    if (const auto kept = encoded_.find(channels); kept != encoded_.end() && !kept->second[index].empty()) {
+      text += kept->second[index];
+      return;
+    }
   }
   std::string made = encode(records[index], channels);
+  text += made;
   const MutexLock lock(mutex_);
-  std::string& kept = encoded_[channels][index];
-  if (kept.empty() && !made.empty()) kept = std::move(made);
-  return kept;
+  if (is_old_ || (encoded_.size() >= kKeptSets && !encoded_.contains(channels))) return;
+  std::vector<std::string>& texts = encoded_[channels];
+  texts.resize(records.size());
+  texts[index] = std::move(made);
+}
+
+void RecordChunk::forget_encoded() const {
+  const MutexLock lock(mutex_);
+  is_old_ = true;
+  encoded_.clear();
 }
 
 bool Subscription::ready_locked(Clock::time_point now) const {
@@ -56,16 +68,20 @@ bool Subscription::ended() const {
   return closed_ && queue_.empty();
 }
 
-void Subscription::offer(const std::shared_ptr<const RecordChunk>& chunk) {
+void Subscription::offer(const std::shared_ptr<const RecordChunk>& chunk, std::size_t most) {
   const MutexLock lock(mutex_);
+  const std::size_t held =
+      options_.is_own ? options_.queue_samples : std::min<std::size_t>(options_.queue_samples, most);
+  const auto drop_oldest = [this] {
+    queue_.pop_front();
+    ++dropped_;
+  };
+  while (!queue_.empty() && chunk->received - queue_.front().chunk->received > kLongestQueued) drop_oldest();
   // A chunk may be a moment older than the subscription.
   server_drops_ = std::max(chunk->dropped_by_server, server_drops_before_) - server_drops_before_;
   for (std::uint32_t i = 0; i < chunk->records.size(); ++i) {
     if (chunk->records[i].tick % options_.decimation != 0) continue;
-    if (queue_.size() >= options_.queue_samples) {
-      queue_.pop_front();
-      ++dropped_;
-    }
+    while (queue_.size() >= held) drop_oldest();
     queue_.push_back({chunk, i});
   }
 }
@@ -140,6 +156,9 @@ void TelemetryHub::flush() {
 }
 
 void TelemetryHub::pump(Subscription::Clock::time_point now) {
+  for (; !recent_.empty() && now - recent_.front()->received > kKeepsEncoded; recent_.pop_front()) {
+    recent_.front()->forget_encoded();
+  }
   bool more = true;
   while (more) {
     auto chunk = std::make_shared<RecordChunk>();
@@ -157,7 +176,9 @@ void TelemetryHub::pump(Subscription::Clock::time_point now) {
     const auto all = subscribers();
     if (!chunk->records.empty()) {
       const std::shared_ptr<const RecordChunk> shared = std::move(chunk);
-      for (const auto& subscriber : *all) subscriber->offer(shared);
+      const std::size_t most = Subscription::kMaxQueued / std::max<std::size_t>(all->size(), 1);
+      for (const auto& subscriber : *all) subscriber->offer(shared, most);
+      recent_.push_back(shared);
     }
     for (const auto& subscriber : *all) {
       if (subscriber->options_.on_ready && subscriber->ready(now)) subscriber->options_.on_ready();

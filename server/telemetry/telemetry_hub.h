@@ -35,26 +35,35 @@ struct RecordChunk {
   std::uint64_t dropped_by_server = 0;  ///< since the daemon started
 
   using Encode = std::string (*)(const rt::TickRecord& record, std::uint32_t channels);
-  /// Encoded form that `encode`, always the same one, makes of a record for the subscribers of these
-  /// channels: kept, so that it is made once, or a few times if some ask at the same time. Any thread.
-  const std::string& encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const;
+  /// Appends the encoded form that `encode`, always the same one, makes of a record for the subscribers of
+  /// these channels. It is kept for a while, so that it is made once for those who keep up, or a few times if
+  /// some ask at the same time. Any thread.
+  void append_encoded(std::string& text, std::uint32_t index, std::uint32_t channels, Encode encode) const;
+  /// Keeps no encoded form from now on: what slow subscribers hold of the chunk are its records alone.
+  void forget_encoded() const;
 
  private:
+  /// Sets of channels whose encoded forms are kept; beyond, each subscriber encodes by itself.
+  static constexpr std::size_t kKeptSets = 8;
   mutable Mutex mutex_;
   mutable std::map<std::uint32_t, std::vector<std::string>> encoded_ GUARDED_BY(mutex_);  ///< by channels
+  mutable bool is_old_ GUARDED_BY(mutex_) = false;
 };
 
-/// One subscriber's own bounded queue. When it is full the oldest samples are dropped and counted.
+/// One subscriber's own bounded queue. When it is full, or a sample has waited for kLongestQueued, the oldest
+/// samples are dropped and counted. All clients' queues together hold kMaxQueued samples.
 class Subscription {
  public:
   using Clock = std::chrono::steady_clock;
+  static constexpr std::size_t kMaxQueued = 1'000'000;
+  static constexpr std::chrono::seconds kLongestQueued{60};
 
   struct Entry {
     std::shared_ptr<const RecordChunk> chunk;
     std::uint32_t index = 0;
     const rt::TickRecord& record() const { return chunk->records[index]; }
-    const std::string& encoded(std::uint32_t channels, RecordChunk::Encode encode) const {
-      return chunk->encoded(index, channels, encode);
+    void append_encoded(std::string& text, std::uint32_t channels, RecordChunk::Encode encode) const {
+      chunk->append_encoded(text, index, channels, encode);
     }
   };
   struct Batch {
@@ -73,7 +82,8 @@ class Subscription {
 
  private:
   friend class TelemetryHub;
-  void offer(const std::shared_ptr<const RecordChunk>& chunk);
+  /// `most`: samples that a client's queue may hold.
+  void offer(const std::shared_ptr<const RecordChunk>& chunk, std::size_t most);
   bool ready(Clock::time_point now) const;
   bool ready_locked(Clock::time_point now) const REQUIRES(mutex_);
   void close();
@@ -129,8 +139,9 @@ class TelemetryHub {
   rt::Engine& engine_;
 
   // Members of the thread that pumps.
-  AngularVelocity turning_;          ///< of the records in the order of the ring
-  std::size_t last_chunk_size_ = 0;  ///< about as many come next
+  AngularVelocity turning_;                                ///< of the records in the order of the ring
+  std::size_t last_chunk_size_ = 0;                        ///< about as many come next
+  std::deque<std::shared_ptr<const RecordChunk>> recent_;  ///< their encoded forms are kept
 
   Mutex latest_mutex_;  ///< lets one thread at a time read the loop's latest record
   mutable Mutex mutex_;

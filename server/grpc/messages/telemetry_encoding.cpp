@@ -63,7 +63,8 @@ void append_row(const rt::TickRecord& record, std::uint32_t channels, std::strin
 
 grpc::ByteBuffer encode(const Subscription::Batch& batch, std::uint32_t channels) {
   std::string message = encode_drops(batch);
-  for (const Subscription::Entry& entry : batch.entries) message += entry.encoded(channels, encode_sample);
+  for (const Subscription::Entry& entry : batch.entries)
+    entry.append_encoded(message, channels, encode_sample);
   return bytes_of(message);
 }
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -101,6 +103,66 @@ TEST_F(TelemetryHubTest, AStalledSubscriberLosesItsOwnOldestAndNoOneElses) {
   EXPECT_EQ(ticks(batch).front(), 900U) << "what is left is the newest, without a gap in it";
   EXPECT_EQ(ticks(batch).size(), 100U);
   EXPECT_EQ(ticks(batch).back(), 999U);
+}
+
+TEST_F(TelemetryHubTest, ASampleIsHeldForAMinuteAtMost) {
+  SubscriptionOptions slow;
+  slow.queue_samples = 60000;
+  slow.batch_size = 10;
+  const auto stalled = hub_.subscribe(slow);
+  for (int s = 0; s < 100; ++s) {
+    tick(1);
+    hub_.pump(now_ + std::chrono::seconds(s));
+  }
+  Subscription::Batch batch;
+  ASSERT_TRUE(stalled->take(batch, now_ + std::chrono::seconds(100)));
+  EXPECT_EQ(ticks(batch).front(), 39U);
+  EXPECT_EQ(batch.dropped_by_subscriber, 39U);
+}
+
+TEST_F(TelemetryHubTest, ManySubscribersHoldLessEachButNoneOfTheDaemonsOwn) {
+  SubscriptionOptions own;
+  own.queue_samples = 4000;
+  own.batch_size = 4000;
+  own.is_own = true;
+  const auto recorder = hub_.subscribe(own);
+  SubscriptionOptions slow;
+  slow.queue_samples = 60000;
+  slow.batch_size = 2000;
+  std::vector<std::shared_ptr<Subscription>> many;
+  for (int i = 0; i < 499; ++i) many.push_back(hub_.subscribe(slow));
+  tick(4000);
+  hub_.pump(now_);
+  Subscription::Batch batch;
+  ASSERT_TRUE(many.front()->take(batch, now_));
+  EXPECT_EQ(batch.entries.size(), Subscription::kMaxQueued / 500);
+  EXPECT_EQ(batch.dropped_by_subscriber, 2000U);
+  ASSERT_TRUE(recorder->take(batch, now_));
+  EXPECT_EQ(batch.dropped_by_subscriber, 0U);
+}
+
+TEST_F(TelemetryHubTest, WhatIsEncodedIsKeptForThoseWhoKeepUp) {
+  static int encoded = 0;
+  encoded = 0;
+  const auto encode = [](const rt::TickRecord& record, std::uint32_t) {
+    ++encoded;
+    return std::to_string(record.tick);
+  };
+  SubscriptionOptions options;
+  options.batch_size = 2;
+  const auto subscription = hub_.subscribe(options);
+  tick(2);
+  hub_.pump(now_);
+  Subscription::Batch batch;
+  ASSERT_TRUE(subscription->take(batch, now_));
+  std::string text;
+  for (int i = 0; i < 3; ++i) batch.entries[1].append_encoded(text, 7, encode);
+  EXPECT_EQ(text, "111");
+  EXPECT_EQ(encoded, 1);
+  hub_.pump(now_ + std::chrono::seconds(1));
+  for (int i = 0; i < 3; ++i) batch.entries[1].append_encoded(text, 7, encode);
+  EXPECT_EQ(text, "111111");
+  EXPECT_EQ(encoded, 4) << "no longer kept";
 }
 
 TEST_F(TelemetryHubTest, DroppedSamplesAreCountedInTheSubscribersOwnMeasure) {
