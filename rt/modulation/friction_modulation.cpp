@@ -30,7 +30,8 @@ std::optional<hal::Error> check(const FrictionTarget& target, const std::string&
                             ? TargetRange{"scale", *target.scale, 1.0 - FrictionModulation::kMaxReduction,
                                           FrictionModulation::kMaxScale}
                             : TargetRange{"coefficient", *target.coefficient, 0.02, 3.0};
-  if (r.value >= r.low && r.value <= r.high) return std::nullopt;
+  constexpr double kRounding = 1e-9;
+  if (r.value >= r.low - kRounding && r.value <= r.high) return std::nullopt;
   return hal::Error::of(hal::ErrorCode::kOutOfRange, prefix + r.key + " is out of range", where,
                         std::to_string(r.value), std::to_string(r.low) + " … " + std::to_string(r.high), "");
 }

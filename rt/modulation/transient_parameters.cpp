@@ -10,6 +10,7 @@ struct TransientRange {
   std::string key;
   double value, low, high;
   const char* unit;
+  const char* remedy = "";
 };
 
 void add_ranges(const std::vector<TransientMode>& modes, const std::string& name, double highest_hz,
@@ -17,7 +18,8 @@ void add_ranges(const std::vector<TransientMode>& modes, const std::string& name
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const std::string at = name + "[" + std::to_string(i) + "].";
     ranges.push_back({at + "frequency_hz", modes[i].frequency_hz, 10.0, highest_hz,
-                      "Hz (at this rate of the loop; beyond it a tick is too long)"});
+                      "Hz (at this rate of the loop; beyond it a tick is too long)",
+                      "a softer material, if the scene names one, a lower frequency, or a faster loop"});
     ranges.push_back({at + "decay_per_s", modes[i].decay_per_s, 30.0, 1000.0, "1/s"});
     ranges.push_back({at + "gain_per_s", modes[i].gain_per_s, 0.0, 1000.0, "1/s"});
   }
@@ -55,7 +57,7 @@ std::optional<hal::Error> check(const TransientParameters& transient, double rat
     if (r.value >= r.low && r.value <= r.high) continue;
     return hal::Error::of(hal::ErrorCode::kOutOfRange, prefix + r.key + " is out of range", where,
                           std::to_string(r.value),
-                          std::to_string(r.low) + " … " + std::to_string(r.high) + " " + r.unit, "");
+                          std::to_string(r.low) + " … " + std::to_string(r.high) + " " + r.unit, r.remedy);
   }
   return std::nullopt;
 }

@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kMinThresholdN = 0.005;
 constexpr double kFullScaleTimeS = 0.005;  // from zero to full force; faster is a knock, not a feel
+constexpr double kMinForceRate = 1.0;      // N/s
 
 /// Names what is wrong with one value of a scene.
 class Checker {
@@ -146,7 +147,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   }
   if (spec.guard.max_force_n == 0.0) spec.guard.max_force_n = device.max_force_n;
   if (spec.guard.max_force_rate_n_per_s == 0.0) {
-    spec.guard.max_force_rate_n_per_s = spec.guard.max_force_n / kFullScaleTimeS;
+    spec.guard.max_force_rate_n_per_s = std::max(kMinForceRate, spec.guard.max_force_n / kFullScaleTimeS);
   }
   if (!uses_sensor) spec.guard.sensor_stale_after_ms = 0.0;
   if (explores && spec.tool_mass_g == 0.0) spec.tool_mass_g = rig.sensor.tool_mass_g;
@@ -228,7 +229,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("guard.max_force_n", spec.guard.max_force_n, 0.0, device.max_force_n,
               "N (the device's own limit)");
   constexpr double kRounding = 1.0 + 1e-9;
-  check.range("guard.max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, 1.0,
+  check.range("guard.max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, kMinForceRate,
               kRounding * device.max_force_n / kFullScaleTimeS,
               "N/s (the device's own force within 5 ms; faster is a knock)");
   check.range("guard.max_power_w", spec.guard.max_power_w, 0.0, 100.0, "W");

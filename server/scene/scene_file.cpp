@@ -70,6 +70,7 @@ void read_contact(TomlTable& root, rt::SceneSpec& spec) {
   }
   TomlTable contact = root.table("contact");
   contact.read("method", spec.contact.method, kMethods);
+  spec.contact.threshold_n = 0.0;  // the rig's
   contact.read("threshold_n", spec.contact.threshold_n, kThresholdN);
   contact.read("release_ratio", spec.contact.release_ratio, kReleaseRatio);
   contact.read("release_time_ms", spec.contact.release_time_ms, kReleaseTimeMs);
@@ -218,6 +219,7 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
 
   TomlTable tool = root.table("tool");
   tool.read("tip", spec.tip, kTips);
+  if (explores(spec)) spec.tool_mass_g = 0.0;  // the rig's
   tool.read("mass_g", spec.tool_mass_g, kToolMassG);
   if (explores(spec)) {
     tool.read("gravity_at_bias", spec.explore.gravity_at_bias, kAxis);

@@ -102,8 +102,17 @@ class Filling {
   }
   void threshold(const StoredModel& stored) {
     const auto& threshold = std::get<rt::ThresholdModel>(stored.model.content);
+    const std::string said = fmt::format("contact.threshold_n = {:.4g} N", threshold.threshold_n);
+    const double zero_bound_n = scene_.contact.zero_bound_n;
+    if (zero_bound_n != 0.0 && threshold.threshold_n > zero_bound_n) {
+      use_.remarks.push_back(fmt::format(
+          "{} of stored model {} not used: more than contact.zero_bound_n, {:g} N; something was touched while it "
+          "was identified, or the sensor is too noisy",
+          said, stored.short_hash(), zero_bound_n));
+      return;
+    }
     scene_.contact.threshold_n = threshold.threshold_n;
-    used(stored, fmt::format("contact.threshold_n = {:.4g} N", threshold.threshold_n),
+    used(stored, said,
          fmt::format("; no false alarm in {:.0f} s of free motion", threshold.observed_s));
   }
   void gains(const StoredModel& stored) {

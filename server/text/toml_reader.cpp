@@ -139,11 +139,15 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t most)
   if (node == nullptr) return {};
   const std::string path = dotted(path_, key);
   const toml::array* array = node->as_array();
-  const bool fits =
-      array != nullptr && array->size() <= most &&
-      std::all_of(array->begin(), array->end(), [](const toml::node& one) { return one.is_table(); });
-  if (!fits) {
-    state_->wrong_type(*node, path, fmt::format("up to {} tables, [{{…}}, {{…}}]", most));
+  const std::string accepted = fmt::format("up to {} tables, [{{…}}, {{…}}]", most);
+  if (array == nullptr ||
+      !std::all_of(array->begin(), array->end(), [](const toml::node& one) { return one.is_table(); })) {
+    state_->wrong_type(*node, path, accepted);
+    return {};
+  }
+  if (array->size() > most) {
+    state_->fail(*node, hal::Error::of(hal::ErrorCode::kOutOfRange, fmt::format("too many of '{}'", path), "",
+                                       std::to_string(array->size()), accepted, "leave some out"));
     return {};
   }
   std::vector<TomlTable> tables;

@@ -381,6 +381,14 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreReportedOf) {
                                    "; with the sensor's bias of 0.0374 N and its seat, turned by 3°");
   EXPECT_NE(scene->remarks[4].find("which had not converged"), std::string::npos) << scene->remarks[4];
 
+  std::string silent = kScene;
+  silent.erase(silent.find("mass_g = 0"), 10);
+  silent.erase(silent.find("threshold_n = 0"), 15);
+  const auto left_open = bench.scenes().resolve({SceneSource::Kind::kToml, silent, {}});
+  ASSERT_TRUE(left_open) << left_open.refusal().error.text();
+  EXPECT_EQ(left_open->spec.tool_mass_g, 11.5);
+  EXPECT_EQ(left_open->spec.contact.threshold_n, 0.0175);
+
   // Under another bias the one that was found means nothing: what is read is the weight, as the tool hung
   // then.
   zero = "2026-01-01T00:00:00Z/3";
@@ -412,6 +420,13 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreReportedOf) {
   ASSERT_TRUE(wild) << wild.refusal().error.text();
   EXPECT_NE(wild->spec.controller.proportional_gain, 1.9);
   EXPECT_NE(wild->remarks[3].find("not used: unstable at 1000 Hz"), std::string::npos) << wild->remarks[3];
+
+  put(rt::ThresholdModel{0.414, 0.4, 20.0});
+  const auto touched = bench.scenes().resolve(source);
+  ASSERT_TRUE(touched) << touched.refusal().error.text();
+  EXPECT_EQ(touched->spec.contact.threshold_n, 0.02);
+  EXPECT_NE(touched->remarks[2].find("not used: more than contact.zero_bound_n"), std::string::npos)
+      << touched->remarks[2];
 }
 
 TEST(RigModels, TheCentreOfAToolsMassReachesTheScene) {

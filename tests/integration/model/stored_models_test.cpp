@@ -219,7 +219,9 @@ TEST(ServiceStoredModels, WhatWasIdentifiedOfTheRigIsExplained) {
   v1::SceneOutline outline;
   ASSERT_TRUE(service.scene->ExplainScene(call_context().get(), request, &outline).ok());
   EXPECT_NE(outline.resolved_toml().find("mass_g = 11.25\n"), std::string::npos) << outline.resolved_toml();
-  ASSERT_EQ(outline.remarks_size(), 1);
+  ASSERT_EQ(outline.remarks_size(), 2);
+  EXPECT_EQ(outline.remarks(1),
+            "the scene is for a ball bearing, the simulated tool is a rod: set tip in [rig.sim]");
   EXPECT_TRUE(outline.remarks(0).starts_with("tool.mass_g = 11.25 g: from stored model "))
       << outline.remarks(0);
   EXPECT_FALSE(outline.has_obstacle());

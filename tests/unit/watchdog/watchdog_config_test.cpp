@@ -36,7 +36,7 @@ TEST(WatchdogSection, RefusesWhatCannotBe) {
   }
   std::string many;
   for (int i = 0; i < 17; ++i) many += begin + "name = \"a" + std::to_string(i) + "\"\n";
-  texts.push_back({many, "watchdog.endpoint", kWrongType, 1});
+  texts.push_back({many, "watchdog.endpoint", kOutOfRange, 1});
   test::expect_refusals(texts, [](const std::string& text) { return parse_config(text, "test.toml"); });
 }
 

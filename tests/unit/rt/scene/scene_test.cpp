@@ -43,7 +43,8 @@ TEST(Scene, TellsTheGuardTheToolThatTheRigKnows) {
   SceneSpec spec = named();
   spec.tool_mass_g = 500.0;
   EXPECT_EQ(resolve(spec, knows)->guard.tool.tool_mass_g, 12.0);
-  EXPECT_EQ(resolve(spec, knows)->guard.tool.mass_error_g, 488.0) << "or the scene is right: neither is a load";
+  EXPECT_EQ(resolve(spec, knows)->guard.tool.mass_error_g, 488.0)
+      << "or the scene is right: neither is a load";
   knows.sensor.tool_mass_g = 0.0;
   EXPECT_EQ(resolve(spec, knows)->guard.tool.tool_mass_g, 500.0);
   EXPECT_EQ(resolve(spec, knows)->guard.tool.mass_error_g, 0.0);
@@ -76,18 +77,28 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
   const auto force = [](SceneSpec& s, double v) { s.guard.max_force_n = v; };
   const auto rate = [](SceneSpec& s, double v) { s.guard.max_force_rate_n_per_s = v; };
   const auto mass = [](SceneSpec& s, double v) { s.tool_mass_g = v; };
-  for (const Case& c :
-       {Case{"stiffness_n_per_mm", target, nan}, Case{"stiffness_n_per_mm", target, -0.1},
-        Case{"target's stiffness", target, 21.0}, Case{"target.stiffness_n_per_mm", target, 2.9},
-        Case{"contact.threshold_n", threshold, 5e-5}, Case{"contact.threshold_n", threshold, nan},
-        Case{"control.proportional_gain", gain, 0.049}, Case{"control.proportional_gain", gain, 1e-4},
-        Case{"control.proportional_gain", gain, 1.9}, Case{"contact.release_ratio", ratio, 1.0},
-        Case{"contact.release_time_ms", release, 0.1}, Case{"contact.lowest_stiffness_n_per_mm", lowest, 10.0},
-        Case{"control.proportional_gain", gain, 2.5}, Case{"control.proportional_gain", gain, -1.0},
-        Case{"control.derivative_gain_ms", derivative, -0.1}, Case{"control.derivative_gain_ms", derivative, nan},
-        Case{"press_axis", axis, 0.0}, Case{"press_axis", axis, nan}, Case{"guard.max_force_n", force, 9.0},
-        Case{"guard.max_force_rate_n_per_s", rate, 1701.0}, Case{"guard.max_force_rate_n_per_s", rate, nan},
-        Case{"tool.mass_g", mass, nan}}) {
+  for (const Case& c : {Case{"stiffness_n_per_mm", target, nan},
+                        Case{"stiffness_n_per_mm", target, -0.1},
+                        Case{"target's stiffness", target, 21.0},
+                        Case{"target.stiffness_n_per_mm", target, 2.9},
+                        Case{"contact.threshold_n", threshold, 5e-5},
+                        Case{"contact.threshold_n", threshold, nan},
+                        Case{"control.proportional_gain", gain, 0.049},
+                        Case{"control.proportional_gain", gain, 1e-4},
+                        Case{"control.proportional_gain", gain, 1.9},
+                        Case{"contact.release_ratio", ratio, 1.0},
+                        Case{"contact.release_time_ms", release, 0.1},
+                        Case{"contact.lowest_stiffness_n_per_mm", lowest, 10.0},
+                        Case{"control.proportional_gain", gain, 2.5},
+                        Case{"control.proportional_gain", gain, -1.0},
+                        Case{"control.derivative_gain_ms", derivative, -0.1},
+                        Case{"control.derivative_gain_ms", derivative, nan},
+                        Case{"press_axis", axis, 0.0},
+                        Case{"press_axis", axis, nan},
+                        Case{"guard.max_force_n", force, 9.0},
+                        Case{"guard.max_force_rate_n_per_s", rate, 1701.0},
+                        Case{"guard.max_force_rate_n_per_s", rate, nan},
+                        Case{"tool.mass_g", mass, nan}}) {
     SceneSpec spec = named();
     spec.max_target_stiffness_n_per_mm = 20.0;
     c.spoil(spec, c.value);
