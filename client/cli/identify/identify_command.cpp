@@ -5,6 +5,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/identify/identify_session.h"
 #include "client/cli/identify/identify_task.h"
+#include "client/cli/plot/figure.h"
 
 namespace hapticd::cli {
 namespace {
@@ -21,7 +22,9 @@ struct Line {
   IdentifyOptions options;
   double timeout_s = 30.0;
 
+  /// Throws LocalError if the plot's name is not that of an SVG.
   IdentifyOptions session_options() const {
+    if (!options.svg.empty()) require_svg_name("--svg", options.svg);
     IdentifyOptions result = options;
     result.adopt = task.adopt;
     result.timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0));
@@ -31,7 +34,7 @@ struct Line {
 
 void add_watch_options(CLI::App& command, Line& line) {
   command.add_option("--svg", line.options.svg,
-                     "At the end, draw fit and coverage to this file (needs gnuplot)");
+                     "At the end, draw fit and coverage to this file: .svg (needs gnuplot)");
   command
       .add_option("--reconnect", line.timeout_s,
                   "Seconds to look for the daemon again where the connection is lost")

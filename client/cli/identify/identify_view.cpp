@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include "client/cli/identify/identify_coverage.h"
 #include "client/cli/plot/terminal_plot.h"
@@ -22,6 +23,7 @@ constexpr int kShortHash = 12;
 constexpr int kTallRows = 30;
 constexpr int kWidestFrame = 140;
 constexpr int kMinPlotRows = 7;
+constexpr double kUsualZeroBoundN = 0.25;  // contact.zero_bound_n of a scene that states none
 
 std::string unit_of(const v1::EstimatedParameter& parameter) {
   return parameter.unit() == "1" ? "" : parameter.unit();
@@ -127,7 +129,7 @@ std::vector<std::string> parameter_lines(const v1::IdentificationProgress& progr
   for (std::size_t i = 0; i < shown; ++i) {
     const auto& parameter = progress.parameters(static_cast<int>(i));
     const UncertainText text =
-        uncertain_parts(parameter.value(), parameter.standard_error(), terminal.unicode);
+        parameter_parts(parameter.name(), parameter.value(), parameter.standard_error(), terminal.unicode);
     const double relative = parameter.standard_error() / std::abs(parameter.value());
     const bool relation = !text.error.empty() && std::isfinite(relative);
     table.add({parameter.name(), text.value, text.error.empty() ? "" : (terminal.unicode ? "±" : "+-"),
@@ -205,6 +207,14 @@ std::vector<std::string> problem_lines(const v1::ErrorDetail& problem, const Ter
   return lines;
 }
 
+/// Threshold that a scene would not take; nothing if it would, or if this is about something else.
+std::optional<double> refused_threshold_n(const v1::IdentificationProgress& progress) {
+  for (const auto& parameter : progress.parameters()) {
+    if (parameter.name() == "threshold_n" && parameter.value() > kUsualZeroBoundN) return parameter.value();
+  }
+  return std::nullopt;
+}
+
 /// Lines on how to go on with the model.
 std::vector<std::string> model_lines(const v1::IdentificationProgress& progress, bool adopted,
                                      const Terminal& terminal) {
@@ -215,7 +225,12 @@ std::vector<std::string> model_lines(const v1::IdentificationProgress& progress,
   std::vector<std::string> lines{"  " + padded("model", 9) + terminal.bold(hash) +
                                  (converged ? "" : "  (kept, marked as not converged)")};
   lines.push_back("  " + padded("look", 9) + "hapticctl model show " + brief);
-  if (adopted && converged) {
+  if (const auto threshold_n = refused_threshold_n(progress)) {
+    lines.push_back("  " + padded("not used", 9) +
+                    fmt::format("a scene would not take a threshold of {:.2f} N, at most {:g} N unless its "
+                                "contact.zero_bound_n is greater: identify again with the tool free",
+                                *threshold_n, kUsualZeroBoundN));
+  } else if (adopted && converged) {
     lines.push_back("  " + padded("in use", 9) + "tagged current: scenes use it from their next load on");
   } else {
     lines.push_back("  " + padded("use it", 9) + "hapticctl model tag " + brief +
@@ -320,9 +335,10 @@ std::string identify_line(const v1::IdentificationProgress& progress, const Term
   // Last: there may be many of them.
   for (const auto& parameter : progress.parameters()) {
     const std::string unit = unit_of(parameter);
-    line += fmt::format("  {} {}{}", parameter.name(),
-                        uncertain_text(parameter.value(), parameter.standard_error(), terminal.unicode),
-                        unit.empty() ? "" : " " + unit);
+    line += fmt::format(
+        "  {} {}{}", parameter.name(),
+        parameter_text(parameter.name(), parameter.value(), parameter.standard_error(), terminal.unicode),
+        unit.empty() ? "" : " " + unit);
   }
   return printable(line);
 }

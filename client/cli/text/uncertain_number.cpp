@@ -31,6 +31,10 @@ std::string fixed(double value, int power) {
   return is_zero && text.starts_with('-') ? text.substr(1) : text;
 }
 
+std::string joined(const UncertainText& text, bool unicode) {
+  return text.error.empty() ? text.value : text.value + (unicode ? " ± " : " +- ") + text.error;
+}
+
 }  // namespace
 
 UncertainText uncertain_parts(double value, double standard_error, bool unicode) {
@@ -61,9 +65,21 @@ UncertainText uncertain_parts(double value, double standard_error, bool unicode)
 }
 
 std::string uncertain_text(double value, double standard_error, bool unicode) {
-  const UncertainText text = uncertain_parts(value, standard_error, unicode);
-  if (text.error.empty()) return text.value;
-  return text.value + (unicode ? " ± " : " +- ") + text.error;
+  return joined(uncertain_parts(value, standard_error, unicode), unicode);
+}
+
+UncertainText parameter_parts(std::string_view name, double value, double standard_error, bool unicode) {
+  UncertainText text = uncertain_parts(value, standard_error, unicode);
+  if (!std::isinf(standard_error)) return text;
+  if (name == "ultimate_period_ms") return {"-", ""};
+  const bool is_least = name == "ultimate_gain" || name == "highest_holding_gain";
+  if (!is_least && name != "lowest_holding_gain") return text;
+  const std::string sign = is_least ? (unicode ? "≥ " : ">= ") : (unicode ? "≤ " : "<= ");
+  return {sign + text.value, ""};
+}
+
+std::string parameter_text(std::string_view name, double value, double standard_error, bool unicode) {
+  return joined(parameter_parts(name, value, standard_error, unicode), unicode);
 }
 
 }  // namespace hapticd::cli

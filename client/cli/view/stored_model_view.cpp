@@ -107,7 +107,7 @@ std::vector<std::string> stored_model_text(const v1::StoredModel& model, const T
                        {Align::kLeft, Align::kRight, Align::kRight});
   for (const v1::EstimatedParameter& parameter : model.parameters()) {
     const UncertainText text =
-        uncertain_parts(parameter.value(), parameter.standard_error(), terminal.unicode);
+        parameter_parts(parameter.name(), parameter.value(), parameter.standard_error(), terminal.unicode);
     parameters.add({parameter.name(), text.value, text.error, unit_text(parameter.unit())});
   }
   for (std::string& line : parameters.lines(terminal)) lines.push_back(std::move(line));

@@ -55,6 +55,9 @@ Outcome<std::unique_ptr<RecordingShelf::Upload>> RecordingShelf::begin(
 
 Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::unique_ptr<Upload> upload) {
   ShelvedRecording& recording = *upload->recording_;
+  if (replay::is_hdf5(recording.file.path())) {
+    return Refusal{RefusalKind::kInvalidArgument, replay::hdf5_is_not_read(recording.description.name)};
+  }
   if (const auto rows = replay::rows_of_mcap(recording.file.path())) {
     recording.rows = *rows;
   } else {

@@ -276,10 +276,10 @@ void GainsIdentification::find(IdentificationProgress& progress) const {
   }
   const bool done = phase_ == Phase::kDone;
   const double highest = done || phase_ == Phase::kVerify ? ultimate_ : gain_;
-  for (std::size_t i = 0; i < 10; ++i) {
-    const double middle = (static_cast<double>(i) + 0.5) * kControllerLimit / 10.0;
-    if (middle < kFirstGain || middle > highest) continue;
-    coverage.required[i] = 1;
+  // The gains that a search tries on its way there: its steps become wider than a cell.
+  for (double gain = kFirstGain; gain <= highest; gain = std::min(gain * kStep, kLastGain)) {
+    coverage.required[coverage.cell_at(gain)] = 1;
+    if (gain >= kLastGain) break;
   }
   coverage.update_share(0.0);
   progress.coverage.push_back(coverage);
@@ -292,7 +292,7 @@ void GainsIdentification::find(IdentificationProgress& progress) const {
     progress.parameters.push_back(
         {"ultimate_period_ms", "ms", 1e3 * period_s_, limit_first_ ? kUnknown : 1e3 / rig_.rate_hz});
     progress.parameters.push_back(
-        {"proportional_gain", "1", gain_, limit_first_ ? kUnknown : kUltimateShare * step_error});
+        {"proportional_gain", "1", gain_, limit_first_ ? 0.0 : kUltimateShare * step_error});
     progress.parameters.push_back({"derivative_gain_ms", "ms", derivative_ms_, 0.0});
     progress.parameters.push_back(
         {"lowest_holding_gain", "1", lowest_holding_,
@@ -309,8 +309,8 @@ void GainsIdentification::find(IdentificationProgress& progress) const {
     progress.missing.emplace_back("a softer target: the gains chosen do not hold this one");
   if (limit_first_) {
     progress.remarks.emplace_back(
-        "the controller's own limit, Kp = 2, comes before any oscillation: the ultimate gain is at least "
-        "that");
+        "the controller's own limit, Kp = 2, comes before any oscillation: the ultimate gain is a lower "
+        "bound, found by presses that stayed steady, and there is no period");
   }
   if (!remark_.empty()) progress.remarks.push_back(remark_);
   for (std::string& remark : gate_.remarks()) progress.remarks.push_back(std::move(remark));

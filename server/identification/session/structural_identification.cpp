@@ -213,12 +213,20 @@ std::optional<hal::Error> StructuralIdentification::conclude(const Identificatio
                              fixed_text(greatest_force_n_, 3) + " N";
     const std::string check = rigid ? "check the signs and units of force and position"
                                     : "check the signs and units of force and external position";
+    std::string remedy = check;
+    if (rig_.kind != hal::RigKind::kReplay) {
+      if (gives_way()) {
+        remedy = "the object gives way: press " + rigid_object();
+      } else if (presses_.empty()) {
+        remedy = next_request().words;
+      }
+    }
     return refusal("no press determines the stiffness", seen,
                    rigid ? "presses of the device, changing by up to 80 N/s, under which the encoders follow "
                            "the force by more than 1 mm/s"
                          : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "
                            "N/s, with a deflection that grows against the force",
-                   presses_.empty() ? next_request().words + "; with a recording, " + check : check);
+                   std::move(remedy));
   }
   if (now.residual > 0.9) {
     return refusal("the deflection does not follow the force",
@@ -234,8 +242,9 @@ std::optional<hal::Error> StructuralIdentification::conclude(const Identificatio
                    "found " + fixed_text(now.model.stiffness_n_per_mm, 2) + " N/mm, with an object of " +
                        fixed_text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm or more",
                    "an object much stiffer than the device",
-                   "press on a block of wood or steel, and say how stiff it is at least "
-                   "(least_object_stiffness_n_per_mm)");
+                   "press on a block of " + rigid_object() +
+                       ", and say how stiff it is at least "
+                       "(least_object_stiffness_n_per_mm)");
   }
   model.content = now.model;
   if (rigid) {

@@ -108,9 +108,13 @@ class StructuralIdentification final : public IdentificationSession {
   bool visited(std::size_t target) const noexcept;
   std::size_t wanted_presses() const noexcept;
   std::size_t pressed_enough() const noexcept;
+  /// True if the device's force stays small under press after press, rigid contact only.
+  bool gives_way() const noexcept;
   // structural_words.cpp
   std::vector<std::string> missing(const StructuralFit& fit, bool certain, bool steady) const;
   std::vector<std::string> remarks(const StructuralFit& fit) const;
+  /// What to press instead of an object that gives way.
+  std::string rigid_object() const;
   RigidBounds bounds_of(const rt::StructuralModel& model) const noexcept;
   std::vector<rt::EstimatedParameter> parameters_of(const StructuralFit& fit) const;
 
@@ -137,7 +141,8 @@ class StructuralIdentification final : public IdentificationSession {
 
   std::vector<Press> presses_;
   std::size_t presses_seen_ = 0;
-  std::vector<double> history_;  ///< compliance at the centre after each press
+  std::size_t faint_presses_ = 0;  ///< that said nothing
+  std::vector<double> history_;    ///< compliance at the centre after each press
 
   double heat_ = 0.0;     ///< of the motors, as a share of what they bear; 0 if nothing is known of it
   bool cooling_ = false;  ///< since the last press, until the next one has room

@@ -108,7 +108,10 @@ void StructuralIdentification::accumulate(Press& press, const Row& row) const no
 void StructuralIdentification::close_press() {
   pressing_ = false;
   const StructuralSums& sums = press_.axes[static_cast<std::size_t>(press_.axis)];
-  if (press_.force_n < kFirmN || sums.rows < 20.0) return;
+  if (press_.force_n < kFirmN || sums.rows < 20.0) {
+    ++faint_presses_;
+    return;
+  }
   rows_used_ += static_cast<std::uint64_t>(sums.rows);
   if (presses_.size() < kMaxPresses) {
     presses_.push_back(press_);

@@ -18,6 +18,7 @@ constexpr double kStiffWall = 0.45;  // N/mm
 constexpr double kSoftWall = 0.3;
 constexpr double kRestS = 1.0;
 constexpr std::size_t kMaxRounds = 8;
+constexpr std::size_t kPressesInVain = 3;  // so often it was not for want of a firm hand
 
 }  // namespace
 
@@ -81,8 +82,10 @@ MotionRequest StructuralIdentification::press_rigid() const {
   request.force_n = kRigidHandN;
   request.force_rate_n_per_s = 4.0;
   request.hold_s = 0.05;
-  request.words = "press the rigid object to " + fixed_text(kRigidHandN, 0) +
-                  " N in half a second, straight down, and let go: the device presses on with more";
+  const std::string how =
+      " to " + fixed_text(kRigidHandN, 0) + " N in half a second, straight down, and let go";
+  request.words = gives_way() ? "the object gives way: press " + rigid_object() + "," + how
+                              : "press the rigid object" + how + ": the device presses on with more";
   return request;
 }
 
@@ -98,6 +101,10 @@ std::size_t StructuralIdentification::pressed_enough() const noexcept {
   }
   for (std::size_t i = 0; i < targets_mm_.size(); ++i) done += visited(i) ? 1U : 0U;
   return done;
+}
+
+bool StructuralIdentification::gives_way() const noexcept {
+  return task_.rigid_contact && presses_seen_ + faint_presses_ >= kPressesInVain && pressed_enough() == 0;
 }
 
 MotionRequest StructuralIdentification::next_request() const {

@@ -6,6 +6,11 @@
 
 namespace hapticd::identification {
 
+std::string StructuralIdentification::rigid_object() const {
+  return std::string("wood or steel") +
+         (rig_.kind == hal::RigKind::kSimulated ? " (hapticctl sim object wood_plate)" : "");
+}
+
 std::vector<std::string> StructuralIdentification::missing(const StructuralFit& fit, bool certain,
                                                            bool steady) const {
   std::vector<std::string> missing;
@@ -16,11 +21,13 @@ std::vector<std::string> StructuralIdentification::missing(const StructuralFit& 
     missing.push_back("an instrument from outside that says where the tip is (D§4.6.1: an LVDT)");
   }
   if (done != wanted) {
+    const std::string next =
+        gives_way() ? "the object gives way: press " + rigid_object() : next_request().words;
     missing.push_back(
         std::to_string(wanted - done) + " of " + std::to_string(wanted) +
-        (rigid ? " presses with more than " + fixed_text(0.5 * press_force_n_, 1) + " N of the device: "
-               : " places: ") +
-        next_request().words);
+        (rigid ? " presses with more than " + fixed_text(0.5 * press_force_n_, 1) + " N of the device"
+               : " places") +
+        (next.empty() ? "" : ": " + next));
   } else if (!certain) {
     missing.push_back("more presses: the stiffness is known to " +
                       fixed_text(100.0 * (task_.constant ? fit.centre_error : fit.worst_error), 2) +

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "rt/contact/contact_detector.h"
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
 
@@ -19,6 +20,8 @@ constexpr double kTopSpeedMmPerS = 400.0;   // of the classes
 constexpr double kEnoughLevelError = 0.25;  // of ε_f, relative
 constexpr double kSmallRecord = 1.15;       // times the one before
 constexpr double kAlone = 4.0;              // times the third greatest second: hardly free motion
+// A threshold beyond that is not used by a scene that states no other bound.
+constexpr double kHeldN = rt::ContactParameters{}.zero_bound_n;
 
 // A class may hold seconds of two kinds, with a strike and without: its upper quarter is of one kind.
 constexpr double kTailShare = 0.25;
@@ -85,12 +88,17 @@ void ThresholdIdentification::add(const rt::Observation& observation) {
     velocity_mm_per_s_ = velocity_mm_per_s_ + (velocity - velocity_mm_per_s_) * 0.05;
   }
   last_position_mm_ = sample.tip_position_mm;
-  if (settled_s_ < kThresholdSettlingS) return;
+  // The detector allows for what irregular ticks leave uncertain: it does not belong to the threshold.
+  const double size_n = std::max(0.0, rt::norm(r) - residual_.irregular_n());
+  if (settled_s_ < kThresholdSettlingS) {
+    held_n_ = size_n > kHeldN ? size_n : 0.0;
+    if (held_n_ > 0.0) settled_s_ = 0.0;
+    return;
+  }
+  held_n_ = 0.0;
 
   ++used_;
   observed_s_ += step_s;
-  // The detector allows for what irregular ticks leave uncertain: it does not belong to the threshold.
-  const double size_n = std::max(0.0, rt::norm(r) - residual_.irregular_n());
   second_s_ += step_s;
   second_largest_n_ = std::max(second_largest_n_, size_n);
   if (size_n > largest_n_) {
@@ -156,6 +164,18 @@ ThresholdIdentification::Tail ThresholdIdentification::tail() const {
   return worst;
 }
 
+std::string ThresholdIdentification::wait() const {
+  if (held_n_ == 0.0) return "";
+  return "take the tool off what it touches: free motion counts once there is less than " +
+         fixed_text(kHeldN, 2) + " N on it, now " + fixed_text(held_n_, 2) + " N";
+}
+
+MotionRequest ThresholdIdentification::next_request() const {
+  MotionRequest request = IdentificationSession::next_request();
+  if (held_n_ > 0.0) request.words = wait();
+  return request;
+}
+
 /// Rest, sway and strikes take turns, each a few seconds.
 std::size_t ThresholdIdentification::turn() const {
   const double per_turn_s = std::max(4.0, task_.duration_s / 5.0);
@@ -219,6 +239,7 @@ void ThresholdIdentification::find(IdentificationProgress& progress) const {
                                       ? "free motion a while longer: the tail of the residual is uncertain"
                                       : "free motion a while longer: the largest residual is recent");
   }
+  if (held_n_ > 0.0) progress.missing.insert(progress.missing.begin(), wait());
   if (alone) {
     progress.missing.insert(progress.missing.begin(), "start again, touching nothing");
     progress.remarks.push_back("the largest residual, " + fixed_text(1e3 * largest_n_, 0) + " mN after " +
@@ -234,6 +255,13 @@ void ThresholdIdentification::find(IdentificationProgress& progress) const {
 std::optional<hal::Error> ThresholdIdentification::conclude(const IdentificationProgress& /*now*/,
                                                             rt::IdentifiedModel& model) const {
   const Tail tail = this->tail();
+  if (!tail.known && held_n_ > 0.0) {
+    return refusal(
+        "the tool was not free", fixed_text(held_n_, 2) + " N on it",
+        "less than " + fixed_text(kHeldN, 2) + " N for " + fixed_text(kThresholdSettlingS, 1) + " s",
+        "take the tool off what it touches; if it touches nothing, the sensor's zero is off: "
+        "'hapticctl sensor bias'");
+  }
   if (!tail.known) {
     return refusal("too little free motion",
                    fixed_text(observed_s_, 1) + " s of " + fixed_text(gate_.watched_s(), 1),

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "hal/rig.h"
 #include "rt/contact/free_motion_residual.h"
@@ -23,12 +24,16 @@ namespace hapticd::identification {
 /// is what the tail of the worst class exceeds once in kAlarmFreeS, or the largest residual seen, whichever
 /// is greater. The result holds for motion no more violent than what was seen.
 ///
+/// Nothing counts before the tool was free, at the beginning and after each gap: with less on it than a scene
+/// may take for the sensor's zero, for as long as the filters remember.
+///
 /// Uses the tool's mass that the rig states, and needs a sensor that was biased with the tool upright.
 class ThresholdIdentification final : public IdentificationSession {
  public:
   ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig);
 
   void add(const rt::Observation& observation) override;
+  MotionRequest next_request() const override;
 
   /// Time of free motion for one false alarm expected, if all of it is as violent as the worst class: with
   /// use that strikes the air now and then this is hours.
@@ -58,6 +63,8 @@ class ThresholdIdentification final : public IdentificationSession {
   /// slower ones.
   Tail tail() const;
   void close_second();
+  /// What keeps it waiting, in words; empty if nothing does.
+  std::string wait() const;
 
   ThresholdTask task_;
   double tool_mass_g_;
@@ -66,6 +73,7 @@ class ThresholdIdentification final : public IdentificationSession {
   rt::FreeMotionResidual3 residual_;
   hal::Vector3 last_position_mm_, velocity_mm_per_s_;
   double settled_s_ = 0.0;
+  double held_n_ = 0.0;  ///< on the tool while it is not free; 0 if it is
 
   double second_s_ = 0.0;  ///< of the second under way
   double second_largest_n_ = 0.0;

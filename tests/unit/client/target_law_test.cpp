@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "client/cli/session/session.h"
+#include "client/cli/view/target_view.h"
 
 namespace hapticd::cli {
 namespace {
@@ -19,6 +20,24 @@ TEST(TargetLaw, IsReadFromTheCommandLine) {
   EXPECT_EQ(profile.knots(1).at_mm(), 20.0);
   EXPECT_EQ(parse_axis("y").y(), 1.0);
   EXPECT_EQ(parse_axis("1,-2,0.5").y(), -2.0);
+}
+
+TEST(TargetLaw, IsShownAsItIsWritten) {
+  v1::TargetLaw law;
+  EXPECT_EQ(target_words(law), "unknown");
+  law.set_linear_n_per_mm(0.5);
+  EXPECT_EQ(target_words(law), "linear, 0.5 N/mm");
+  *law.mutable_hunt_crossley() = parse_hunt_crossley("0.05,1e-3,1.6");
+  EXPECT_EQ(target_words(law), "Hunt-Crossley, K 0.05, B 0.001, M 1.6");
+  *law.mutable_displacement_profile() = parse_profile("0:0.2,5:0.8", "--displacement-profile");
+  EXPECT_EQ(target_words(law), "profile by displacement, 0:0.2,5:0.8 (mm:N/mm)");
+  v1::StiffnessProfile& profile = *law.mutable_position_profile();
+  profile = parse_profile("-20:0.3,20:0.8", "--position-profile");
+  EXPECT_EQ(target_words(law), "profile by position along x, -20:0.3,20:0.8 (mm:N/mm)");
+  *profile.mutable_axis() = parse_axis("y");
+  EXPECT_EQ(target_words(law), "profile by position along y, -20:0.3,20:0.8 (mm:N/mm)");
+  *profile.mutable_axis() = parse_axis("1,1,0");
+  EXPECT_EQ(target_words(law), "profile by position along 1,1,0, -20:0.3,20:0.8 (mm:N/mm)");
 }
 
 TEST(TargetLaw, AMalformedLawIsReportedWithItsForm) {

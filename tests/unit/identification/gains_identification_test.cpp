@@ -101,6 +101,7 @@ TEST(GainsIdentification, FindsWhereItOscillatesAndTakesSixTenths) {
       {rt::ControlLaw::kClosedLoop, gains.proportional_gain, gains.derivative_ms}, 1000.0));
   EXPECT_LT(bench.longest_swing_s, 0.7) << "half a second after the touch has settled";
   EXPECT_LT(bench.highest_gain, 1.2 * GainsIdentification::kStep + 1e-9) << "no step beyond";
+  EXPECT_EQ(identification.progress().coverage.front().share, 1.0);
 }
 
 TEST(GainsIdentification, SaysWhenTheControllersOwnLimitComesFirst) {
@@ -112,7 +113,11 @@ TEST(GainsIdentification, SaysWhenTheControllersOwnLimitComesFirst) {
   EXPECT_EQ(std::get<rt::GainsModel>(model->content).ultimate_gain, GainsIdentification::kControllerLimit);
   EXPECT_LT(bench.highest_gain, GainsIdentification::kControllerLimit);
   EXPECT_TRUE(std::isinf(model->parameters.front().standard_error));
-  EXPECT_TRUE(has_remark(identification, "own limit"));
+  EXPECT_TRUE(has_remark(identification, "lower bound"));
+  // Chosen, not estimated; and all that the search tries was tried.
+  EXPECT_EQ(parameter(*model, "proportional_gain").standard_error, 0.0);
+  EXPECT_TRUE(model->converged);
+  EXPECT_EQ(identification.progress().coverage.front().share, 1.0);
 }
 
 TEST(GainsIdentification, PassesThroughGainsThatAreTooLow) {

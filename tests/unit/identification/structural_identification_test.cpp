@@ -471,6 +471,35 @@ TEST(StructuralIdentification, AnObjectAssumedAsSoftAsTheDeviceIsRefused) {
   EXPECT_TRUE(holds(refusal_of(identification).remedy, "least_object_stiffness_n_per_mm"));
 }
 
+TEST(StructuralIdentification, AnObjectThatGivesWayIsNamed) {
+  // The device's force stays small, and the encoders go the other way: the object is what moves.
+  const auto pressed = [](hal::RigKind kind, int presses) {
+    hal::RigInfo rig = high_force();
+    rig.kind = kind;
+    StructuralIdentification identification({.rigid_contact = true}, rig);
+    RigidBench bench{.sign = -1.0};
+    for (int i = 0; i < presses; ++i) bench.press(identification, 1.5);
+    return identification;
+  };
+  constexpr const char* kGivesWay = "the object gives way: press wood or steel";
+  EXPECT_EQ(pressed(hal::RigKind::kHardware, 1).progress().missing.front().find(kGivesWay),
+            std::string::npos);
+  for (const int presses : {4, 40}) {
+    const StructuralIdentification simulated = pressed(hal::RigKind::kSimulated, presses);
+    const std::string missing = simulated.progress().missing.front();
+    EXPECT_NE(missing.find(kGivesWay), std::string::npos) << missing;
+    const std::string remedy = refusal_of(simulated).remedy;
+    EXPECT_NE(remedy.find(kGivesWay), std::string::npos) << remedy;
+    EXPECT_NE(remedy.find("hapticctl sim object wood_plate"), std::string::npos) << remedy;
+    EXPECT_EQ(remedy.find("signs"), std::string::npos) << remedy;
+  }
+  const StructuralIdentification hardware = pressed(hal::RigKind::kHardware, 4);
+  EXPECT_NE(hardware.next_request().words.find(kGivesWay), std::string::npos)
+      << hardware.next_request().words;
+  EXPECT_EQ(refusal_of(hardware).remedy, kGivesWay);
+  EXPECT_TRUE(holds(refusal_of(pressed(hal::RigKind::kReplay, 4)).remedy, "signs"));
+}
+
 TEST(StructuralIdentification, ARigidContactThatSaysNothingIsRefused) {
   // Encoders counted the other way.
   StructuralIdentification reversed({.rigid_contact = true}, high_force());

@@ -37,8 +37,8 @@ rt::Observation free_sample(double t, double speed_mm_per_s, double extra_n, dou
   return o;
 }
 
-/// Rest, slow, fast and tilted, with residuals of ± `size`.
-void run(Identification& identification, double seconds, double size_n) {
+/// Rest, slow, fast and tilted, with residuals of ± `size`; the time counts from `from_s` on.
+void run(Identification& identification, double seconds, double size_n, double from_s = 0.0) {
   for (int i = 0; i < static_cast<int>(1e3 * seconds); ++i) {
     const double t = 1e-3 * i;
     const int part = static_cast<int>(t / 6.0) % 4;
@@ -47,7 +47,9 @@ void run(Identification& identification, double seconds, double size_n) {
     // Held for half a second each, so that the filter has nothing to take away.
     const double extra =
         size_n * ((i / 500) % 2 == 0 ? 1.0 : -1.0) * (0.8 + 0.2 * std::sin(0.37 * (i / 1000)));
-    identification.add(free_sample(t, speed, extra, part == 3 ? 0.5 : 0.0));
+    rt::Observation sample = free_sample(t, speed, extra, part == 3 ? 0.5 : 0.0);
+    sample.sample.time_ns += std::llround(1e9 * from_s);
+    identification.add(sample);
   }
 }
 
@@ -63,6 +65,29 @@ TEST(ThresholdIdentification, LiesAboveTheLargestResidualAndSaysByHowMuch) {
   EXPECT_GT(threshold.observed_s, 46.0);
   EXPECT_NE(model->procedure.find("margin"), std::string::npos);
   EXPECT_EQ(model->parameters.front().name, "threshold_n");
+}
+
+TEST(ThresholdIdentification, WaitsUntilTheToolIsFree) {
+  ThresholdIdentification unpressed({.duration_s = 20.0}, threshold_rig());
+  run(unpressed, 50.0, 0.02);
+  ThresholdIdentification pressed({.duration_s = 20.0}, threshold_rig());
+  for (int i = 0; i < 2000; ++i) pressed.add(free_sample(1e-3 * i, 0.0, 3.0));
+  IdentificationProgress waiting = pressed.progress();
+  ASSERT_FALSE(waiting.missing.empty());
+  EXPECT_NE(waiting.missing.front().find("take the tool off"), std::string::npos) << waiting.missing.front();
+  EXPECT_NE(pressed.next_request().words.find("take the tool off"), std::string::npos);
+  EXPECT_EQ(waiting.samples, 0U);
+  EXPECT_TRUE(holds(refusal_of(pressed).what, "not free"));
+  for (int i = 0; i < 100; ++i) pressed.add(free_sample(2.0 + 1e-3 * i, 0.0, 3.0 - 0.03 * i));
+  run(pressed, 50.0, 0.02, 2.1);
+  EXPECT_EQ(pressed.next_request().words.find("take the tool off"), std::string::npos);
+  const auto with = pressed.finish();
+  const auto without = unpressed.finish();
+  ASSERT_TRUE(with) << with.error().text();
+  ASSERT_TRUE(without);
+  const double threshold_n = std::get<rt::ThresholdModel>(without->content).threshold_n;
+  EXPECT_NEAR(std::get<rt::ThresholdModel>(with->content).threshold_n, threshold_n, 0.05 * threshold_n);
+  EXPECT_FALSE(has_remark(pressed, "touched"));
 }
 
 TEST(ThresholdIdentification, AnExponentialTailIsExtrapolatedAsItIs) {

@@ -172,6 +172,33 @@ TEST(IdentifyView, TheReportOfAFailureSaysWhy) {
   expect_holds(text, {"failed", "the guard stopped the device", "hapticctl clear", "none was kept"});
 }
 
+TEST(IdentifyView, AThresholdThatNoSceneTakesIsNotOffered) {
+  v1::IdentificationProgress progress = contact_end(v1::IDENTIFICATION_STATE_PARTIAL);
+  progress.set_kind("threshold");
+  progress.mutable_parameters(0)->set_name("threshold_n");
+  progress.mutable_parameters(0)->set_value(1.2);
+  const std::string refused = joined(identify_report(progress, false, kWideAscii));
+  expect_holds(refused, {"would not take a threshold of 1.20 N", "identify again with the tool free"});
+  EXPECT_EQ(refused.find("model tag"), std::string::npos) << refused;
+  progress.mutable_parameters(0)->set_value(0.03);
+  expect_holds(joined(identify_report(progress, false, kWideAscii)), {"model tag"});
+}
+
+TEST(IdentifyView, WhatTheSearchForGainsDidNotReachIsABound) {
+  v1::IdentificationProgress progress = contact_end(v1::IDENTIFICATION_STATE_CONVERGED);
+  for (const char* name : {"ultimate_gain", "ultimate_period_ms", "lowest_holding_gain"}) {
+    v1::EstimatedParameter& parameter = *progress.add_parameters();
+    parameter.set_name(name);
+    parameter.set_value(name[0] == 'l' ? 0.3 : 2.0);
+    parameter.set_standard_error(std::numeric_limits<double>::infinity());
+  }
+  const std::string report = joined(identify_report(progress, false, kWideAscii));
+  EXPECT_EQ(report.find("inf"), std::string::npos) << report;
+  expect_holds(identify_line(progress, kWideAscii),
+               {"ultimate_gain >= 2", "ultimate_period_ms -", "lowest_holding_gain <= 0.3"});
+  expect_holds(identify_line(progress, kWideUnicode), {"ultimate_gain ≥ 2"});
+}
+
 TEST(IdentifyView, AnUndeterminedParameterIsShown) {
   v1::IdentificationProgress progress = contact_end(v1::IDENTIFICATION_STATE_PARTIAL);
   progress.mutable_parameters(1)->set_standard_error(std::numeric_limits<double>::infinity());

@@ -92,6 +92,16 @@ TEST(StatusView, WithoutATerminalEachFactIsALine) {
   })) << status_text(lines);
 }
 
+TEST(StatusView, NamesALawThatIsNotLinear) {
+  v1::RigState now = status_state();
+  now.mutable_target_law()->set_linear_n_per_mm(0.5);
+  EXPECT_EQ(status_text(status_lines(status_rig(), now, {}, {}, Terminal{})).find("linear"),
+            std::string::npos);
+  now.mutable_target_law()->mutable_hunt_crossley()->set_exponent(1.5);
+  const std::string all = status_text(status_lines(status_rig(), now, {}, {}, Terminal{}));
+  EXPECT_NE(all.find("N/mm: Hunt-Crossley, K 0, B 0, M 1.5"), std::string::npos) << all;
+}
+
 TEST(StatusView, NamesWhoControlsTheRig) {
   v1::LeaseState lease;
   lease.mutable_lease()->set_holder("user:anna");
