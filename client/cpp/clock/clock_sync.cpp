@@ -35,7 +35,7 @@ struct ClockSync::State {
   /// One exchange. Throws Error.
   void exchange() EXCLUDES(mutex);
   void run() EXCLUDES(mutex);
-  /// What an exchange says of the rig's clock.
+  /// Takes what an exchange says of the rig's clock.
   void note_rig(const v1::ExchangeResponse& answer) REQUIRES(mutex);
   void require_known() const REQUIRES(mutex);
   ClockLink::Converted converted(std::int64_t client_ns, const char* where) REQUIRES(mutex);
@@ -51,6 +51,8 @@ struct ClockSync::State {
   std::int64_t rig_read_ns GUARDED_BY(mutex) = 0;  ///< by the daemon's clock: the last reading that was noted
   std::uint64_t exchanges GUARDED_BY(mutex) = 0;
   std::optional<Error> problem GUARDED_BY(mutex);
+  std::optional<Error> rig_problem GUARDED_BY(mutex);  ///< in the last round
+  std::optional<Error> rig_failed GUARDED_BY(mutex);   ///< in the round under way
   bool ending GUARDED_BY(mutex) = false;
   std::thread thread;  // last: uses all of the above
 };
@@ -99,8 +101,12 @@ void ClockSync::State::note_rig(const v1::ExchangeResponse& answer) {
   if (!answer.has_rig() || answer.rig().begun_ns() <= rig_read_ns) return;
   rig_read_ns = answer.rig().done_ns();
   // To read the rig is an exchange, too: sent, stamped by the rig, received.
-  rig.add({answer.rig().begun_ns(), answer.rig().rig_time_ns(), answer.rig().rig_time_ns(),
-           answer.rig().done_ns()});
+  try {
+    rig.add({answer.rig().begun_ns(), answer.rig().rig_time_ns(), answer.rig().rig_time_ns(),
+             answer.rig().done_ns()});
+  } catch (const Error& error) {
+    rig_failed = error;
+  }
 }
 
 void ClockSync::State::run() {
@@ -122,6 +128,7 @@ void ClockSync::State::run() {
     }
     lock.lock();
     problem = std::move(failed);
+    rig_problem = std::exchange(rig_failed, std::nullopt);
   }
 }
 
@@ -162,8 +169,8 @@ RigTime ClockSync::to_rig(std::int64_t client_ns) const {
   const MutexLock lock(state_->mutex);
   const ClockLink::Converted daemon = state_->converted(client_ns, "ClockSync::to_rig");
   if (state_->rig.empty()) {
-    throw clock_error("the rig's clock is not known", "ClockSync::to_rig",
-                      state_->problem ? state_->problem->what() : "",
+    const std::optional<Error>& why = state_->problem ? state_->problem : state_->rig_problem;
+    throw clock_error("the rig's clock is not known", "ClockSync::to_rig", why ? why->what() : "",
                       "a rig that runs in real time, and whose loop runs",
                       "see the loop in hapticctl status; a recording has a time of its own");
   }
@@ -174,6 +181,11 @@ RigTime ClockSync::to_rig(std::int64_t client_ns) const {
 std::optional<Error> ClockSync::problem() const {
   const MutexLock lock(state_->mutex);
   return state_->problem;
+}
+
+std::optional<Error> ClockSync::rig_problem() const {
+  const MutexLock lock(state_->mutex);
+  return state_->rig_problem;
 }
 
 std::uint64_t ClockSync::exchanges() const {

@@ -57,6 +57,9 @@ class ClockSync {
   RigTime to_rig(std::int64_t client_ns) const;
   /// Why the last exchange failed; nothing if it did not. The bounds widen meanwhile.
   std::optional<Error> problem() const;
+  /// Why a reading in the last round of exchanges did not fit the rig's clock, which was begun afresh;
+  /// nothing if all did. The daemon's clock stays known.
+  std::optional<Error> rig_problem() const;
   /// Exchanges that went well.
   std::uint64_t exchanges() const;
 

@@ -2,14 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <limits>
+#include <memory>
+#include <string>
 #include <thread>
 
 #include "client/cpp/clock/clock_sync.h"
 #include "hapticd/v1/clock.grpc.pb.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/child_process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {
@@ -143,6 +147,68 @@ TEST(ClockService, ARigWithATimeOfItsOwnHasNoRigTime) {
   await_exchanges(clock, 5);
   EXPECT_THROW(clock.to_rig(client::ClockSync::now_ns()), client::Error);
   EXPECT_NO_THROW(clock.to_daemon(client::ClockSync::now_ns()));
+}
+
+TEST(ClockService, ARecordingAtItsOwnSpeedHasNoRigTime) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.rig = server::RigChoice::kReplay;
+  config.replay.as_fast_as_possible = false;
+  config.replay.loop = true;
+  config.replay.path = folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,0,1\n2,1,2\n3,0,0\n");
+  const RunningService service(config);
+  service.await([](const v1::RigState& state) { return state.tick() > 10; });
+  client::Client client = clock_client(service.address());
+  const client::ClockSync clock(client);
+  await_exchanges(clock, 20);
+  EXPECT_THROW(clock.to_rig(client::ClockSync::now_ns()), client::Error);
+  EXPECT_FALSE(clock.problem());
+  EXPECT_FALSE(clock.rig_problem());
+  EXPECT_LE(clock.bounds().lower_ns, 0);
+  EXPECT_GE(clock.bounds().upper_ns, 0);
+}
+
+/// A daemon whose rig goes back by a second with each exchange.
+class DaemonOfALeapingRig final : public v1::ClockService::Service {
+ public:
+  DaemonOfALeapingRig() {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+  }
+  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+
+ private:
+  grpc::Status Exchange(grpc::ServerContext* /*context*/, const v1::ExchangeRequest* request,
+                        v1::ExchangeResponse* response) override {
+    const std::int64_t now_ns = client::ClockSync::now_ns();
+    response->set_client_sent_ns(request->client_sent_ns());
+    response->set_daemon_received_ns(now_ns);
+    response->set_daemon_sent_ns(now_ns);
+    response->set_clock("machine");
+    v1::RigReading& rig = *response->mutable_rig();
+    rig.set_rig_time_ns(now_ns - 1'000'000'000 * ++exchanges_);
+    rig.set_begun_ns(now_ns);
+    rig.set_done_ns(now_ns);
+    rig.set_clock("rig");
+    return grpc::Status::OK;
+  }
+
+  int port_ = 0;
+  std::atomic<std::int64_t> exchanges_{0};
+  std::unique_ptr<grpc::Server> server_;
+};
+
+TEST(ClockService, ARigThatCannotBeFollowedLosesNoOffset) {
+  const DaemonOfALeapingRig daemon;
+  client::Client client = clock_client(daemon.address());
+  const client::ClockSync clock(client);
+  await_exchanges(clock, 12);  // the second round is over
+  EXPECT_TRUE(clock.rig_problem());
+  EXPECT_FALSE(clock.problem());
+  EXPECT_LE(clock.bounds().lower_ns, 0);
+  EXPECT_GE(clock.bounds().upper_ns, 0);
 }
 
 TEST(ClockService, NeedsADaemon) {
