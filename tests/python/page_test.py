@@ -6,6 +6,7 @@ import http.client
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -20,7 +21,7 @@ import pytest
 
 import hapticd
 from hapticd import errors
-from hapticd.experiment import analysis, export, journal, protocol, reporting, runner, stage
+from hapticd.experiment import analysis, export, journal, protocol, readiness, reporting, runner, stage
 from hapticd.experiment.__main__ import main
 from hapticd.experiment.page_person import PagePerson
 from hapticd.experiment.page_server import PageServer
@@ -348,6 +349,33 @@ def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(
     assert status == 1 and "another protocol" in text
     status, text = said("check", "no_such")
     assert status == 1 and "stiffness_1d" in text
+
+
+def test_a_rig_that_is_too_fast_for_a_person_is_named(
+    fast_daemon: Any, start_daemon: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("HAPTICD_SERVER", fast_daemon.address)
+    main(["check", str(written(tmp_path))])
+    said = capsys.readouterr().out
+    assert "times as fast as the clock" in said and "remove speed from [rig.sim]" in said
+    with hapticd.connect(start_daemon().address) as rig:
+        assert readiness.too_fast(rig) == ""
+
+
+def test_an_interrupted_session_names_the_command_that_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(options: Any) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hapticd.experiment.__main__._resume", interrupted)
+    path = tmp_path / "one's own" / "short_P1.jsonl"
+    assert main(["resume", str(path)]) == 5 and capsys.readouterr().err == "ended\n"
+    path.parent.mkdir()
+    path.touch()
+    assert main(["resume", str(path)]) == 5
+    words = shlex.split(capsys.readouterr().err)
+    assert words[:5] == ["ended;", "hapticctl", "experiment", "resume", str(path)]
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import json
 import os
+import shlex
 import sys
 from pathlib import Path
 from typing import Any, Callable, Optional, Sequence
@@ -39,8 +40,14 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return REFUSED
     except KeyboardInterrupt:
         with contextlib.suppress(OSError):  # the terminal may be gone
-            say("ended; hapticctl experiment resume goes on with it", sys.stderr)
+            journal: Optional[Path] = getattr(options, "journal", None)  # of run, once it is known which
+            goes_on = f"; {_resuming(journal)} goes on with it" if journal and journal.exists() else ""
+            say(f"ended{goes_on}", sys.stderr)
         return NOT_FINISHED
+
+
+def _resuming(journal: Path) -> str:
+    return f"hapticctl experiment resume {shlex.quote(str(journal))}"
 
 
 def _say(options: argparse.Namespace, text: str, **values: Any) -> None:
@@ -172,11 +179,12 @@ def _looked_at(protocol: protocols.Protocol) -> tuple[list[HapticdError], str]:
         found = readiness.problems(rig, protocol)
         if (problem := readiness.latched_problem(rig)) is not None:
             found.insert(0, problem)
+        remarks = [readiness.too_fast(rig)]
         try:
             rig.list_recordings()
         except Refused as refused:
-            return found, f"{refused.what}; run needs --no-record, or [recording] folder in the daemon's configuration"
-        return found, ""
+            remarks.append(f"{refused.what}; run needs --no-record, or [recording] folder in the daemon's configuration")
+        return found, "; ".join(filter(None, remarks))
 
 
 def _recording_name(rig: hapticd.Rig, options: argparse.Namespace, name: str) -> str:
@@ -201,7 +209,7 @@ def _require_ready(rig: hapticd.Rig, protocol: protocols.Protocol) -> None:
 def _run(options: argparse.Namespace) -> int:
     protocol = protocols.read(options.protocol)
     number = runner.numbers_used(options.folder, protocol) if options.number is None else options.number
-    path = runner.path_of(options.folder, protocol, options.participant)
+    path = options.journal = runner.path_of(options.folder, protocol, options.participant)
     with hapticd.connect() as rig:
 
         def begin(stage: RigStage) -> Journal:
@@ -227,6 +235,7 @@ def _session(rig: hapticd.Rig, path: Path, seed: int, begin: Callable[[RigStage]
     with PageServer(options.port, rig.stop, on_clear=rig.clear) as pages:
         participant = pages.participant
         name = _recording_name(rig, options, path.stem)
+        remark = readiness.too_fast(rig)
         hand: Hand = (person := Person(participant.says_done, participant.begins, participant.sees))
         if rig.get_rig_info().kind == rig_pb2.RIG_KIND_SIMULATED:
             hand = PersonOnSimulatedRig(seed, path.stem, person=person)
@@ -235,6 +244,8 @@ def _session(rig: hapticd.Rig, path: Path, seed: int, begin: Callable[[RigStage]
                 options, f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}",
                 participants_page=pages.participant_url, experimenters_page=pages.experimenter_url,
             )  # fmt: skip
+            if remark:
+                say(f"remark: {remark}", sys.stderr)
             begun = session.fold(journal.events)
             for event in journal.events:
                 participant.notify(event)
@@ -250,7 +261,7 @@ def _said(state: session.State, path: Path, options: argparse.Namespace) -> int:
     why = state.aborted or "interrupted"
     end = "done" if state.ended else f"ended early ({why})"
     if not state.ended and path.exists():
-        end += f"; hapticctl experiment resume {path}"
+        end += f"; {_resuming(path)}"
     _say(options, f"{path}: {end}", journal=str(path), finished=state.ended, ended_because="" if state.ended else why)
     return DONE if state.ended else NOT_FINISHED
 

@@ -15,6 +15,11 @@ from hapticd.v1 import rendering_pb2, rig_pb2, turntable_pb2
 #: More than this on the tool is a hand, or a thing that lies on it, N; as the turntable's interlock has it.
 MAX_LOAD_N = 0.5
 
+#: A rig whose time runs faster than this is not for a person, seconds of it in one of the clock's.
+MAX_SPEED = 1.5
+#: Time between the two looks at it, s.
+LOOK_S = 0.3
+
 #: How long a drive may take to report its position, s.
 CONNECT_S = 5.0
 CONNECTING = (turntable_pb2.TURNTABLE_STATE_IDLE, turntable_pb2.TURNTABLE_STATE_CONNECTING)
@@ -111,6 +116,19 @@ def problems(rig: hapticd.Rig, protocol: protocols.Protocol) -> list[HapticdErro
             )  # fmt: skip
         )
     return found
+
+
+def too_fast(rig: hapticd.Rig) -> str:
+    """A remark for a person who is to press keys on a simulated rig; empty if its time does not run faster than the clock."""
+    if rig.get_rig_info().kind != rig_pb2.RIG_KIND_SIMULATED:
+        return ""
+    began_ns, began_s = rig.get_rig_state().time_ns, time.monotonic()
+    time.sleep(LOOK_S)
+    speed = 1e-9 * (rig.get_rig_state().time_ns - began_ns) / (time.monotonic() - began_s)
+    if speed < MAX_SPEED:
+        return ""
+    times = f"{float(f'{speed:.2g}'):g}"
+    return f"this rig runs {times} times as fast as the clock, which no person follows: remove speed from [rig.sim] of the daemon's configuration"
 
 
 def latched(rig: hapticd.Rig) -> str:
