@@ -1,8 +1,13 @@
 #include "hal/replay/table_file.h"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <limits>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "hal/recording/recording_file.h"
@@ -87,9 +92,25 @@ hal::Result<std::unique_ptr<TableFile>> TableFile::open(const std::string& path,
     if (!file) return file.error();
     return std::unique_ptr<TableFile>(std::make_unique<McapTable>(path, std::move(*file)));
   }
+  if (is_hdf5(path)) return hdf5_is_not_read("recording '" + path + "'");
   auto file = CsvFile::open(path, format);
   if (!file) return file.error();
   return std::unique_ptr<TableFile>(std::make_unique<CsvTable>(std::move(*file)));
+}
+
+bool is_hdf5(const std::string& path) {
+  constexpr std::string_view kMagic{"\x89HDF\r\n\x1a\n", 8};
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe would block for ever
+  std::array<char, kMagic.size()> begin{};
+  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+  return std::string_view(begin.data(), begin.size()) == kMagic;
+}
+
+hal::Error hdf5_is_not_read(std::string place) {
+  return hal::Error::of(hal::ErrorCode::kMalformed, "this is an HDF5 file", std::move(place), "",
+                        "MCAP or CSV",
+                        "give the .mcap (hapticctl record get), or the CSV (hapticctl record export)");
 }
 
 hal::Error time_does_not_increase(double now_s, double last_s, std::string place) {

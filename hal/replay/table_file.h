@@ -18,7 +18,8 @@ class TableFile {
   /// Visitor of a row, as CsvFile's; the number of a row of an MCAP recording takes the place of the line.
   using RowVisitor = CsvFile::RowVisitor;
 
-  /// Errors: those of CsvFile; of an MCAP file, that it has no telemetry of hapticd. `format`: of CSV only.
+  /// Errors: those of CsvFile; of an MCAP file, that it has no telemetry of hapticd; HDF5. `format`: of CSV
+  /// only.
   static hal::Result<std::unique_ptr<TableFile>> open(const std::string& path, const CsvFormat& format = {});
   virtual ~TableFile() = default;
 
@@ -30,6 +31,11 @@ class TableFile {
   virtual std::optional<hal::Error> read_rows(std::span<const std::size_t> columns,
                                               const RowVisitor& visit) = 0;
 };
+
+/// True if a file begins like HDF5, which is not read here.
+bool is_hdf5(const std::string& path);
+/// The refusal of such a file.
+hal::Error hdf5_is_not_read(std::string place);
 
 /// The refusal of a row whose time is not later than that of the row before.
 hal::Error time_does_not_increase(double now_s, double last_s, std::string place);

@@ -204,10 +204,9 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
     return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown tip", "[rig.sim] tip", config.tip,
                           hal::joined(tip_names()), "");
   const std::optional<Plant> plant = plant_named(config.plant);
-  if (!plant) {
+  if (!plant)
     return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown plant", "[rig.sim] plant", config.plant,
                           hal::joined(plant_names()), "");
-  }
   auto model = device_of(config);
   if (!model) return model.error();
   if (auto error = check_structure_and_sensor(config)) return *error;
@@ -390,6 +389,9 @@ bool SimulatedRig::hand_is_done() const noexcept {
          state_->programs_set.load(std::memory_order_relaxed);
 }
 
+const std::string& SimulatedRig::tip() const noexcept {
+  return state_->config.tip;
+}
 std::string SimulatedRig::object() const {
   const MutexLock lock(state_->world);
   return state_->object_name;

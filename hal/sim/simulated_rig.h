@@ -102,6 +102,8 @@ class SimulatedRig final : public hal::Rig {
   /// over it; 25 mm from the middle at most.
   std::optional<hal::Error> set_object(const std::string& name, const hal::Vector3& inclusion_aside_mm = {});
   std::string object() const;
+  /// "rod" or "ball_bearing".
+  const std::string& tip() const noexcept;
   /// Lets something happen to the object in place, at the next read() or later as it says. Refused if too
   /// many are waiting already. Any thread.
   std::optional<hal::Error> happen(const ObjectEvent& event);

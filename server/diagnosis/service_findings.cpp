@@ -44,9 +44,10 @@ Finding limits(const rt::LoopConfig& loop, const fs::path& root) {
   getrlimit(RLIMIT_MEMLOCK, &locked);
   const std::string unit = unit_of_cgroup(whole_text(root / "proc/self/cgroup"));
   const std::string who = unit.empty() ? "not run by a service unit" : "run by " + unit;
-  const std::string text =
-      fmt::format("{}: real-time priority {}, locked memory {}", who, limit_text(priority.rlim_cur, 1, ""),
-                  limit_text(locked.rlim_cur, 1024 * 1024, " MB"));
+  const std::string text = fmt::format(
+      "{}; limits of the process: real-time priority {} (RLIMIT_RTPRIO), locked memory {} (RLIMIT_MEMLOCK){}",
+      who, limit_text(priority.rlim_cur, 1, ""), limit_text(locked.rlim_cur, 1024 * 1024, " MB"),
+      geteuid() == 0 ? "; as root it may exceed them" : "");
   const bool short_of_priority = priority.rlim_cur != RLIM_INFINITY && geteuid() != 0 &&
                                  priority.rlim_cur < static_cast<rlim_t>(loop.fifo_priority);
   const bool short_of_memory = loop.lock_memory && locked.rlim_cur != RLIM_INFINITY && geteuid() != 0;

@@ -28,20 +28,28 @@ hal::Result<std::unique_ptr<hal::Rig>> as_rig(hal::Result<std::unique_ptr<R>> op
 
 /// Error for an unknown name: a simulated rig knows its own names; here a similar one is suggested.
 std::optional<hal::Error> unknown(const std::string& what, const std::string& name,
-                                  std::vector<std::string> known) {
+                                  const std::vector<std::string>& known,
+                                  const std::string& section = "rig.sim") {
   if (std::find(known.begin(), known.end(), name) != known.end()) return std::nullopt;
-  return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown " + what, "[rig.sim] " + what, name,
+  return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown " + what, "[" + section + "] " + what, name,
                         comma_separated(known), did_you_mean(name, known, "use one of those"));
 }
 
-std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {
+std::optional<hal::Error> check_names(const DaemonConfig& config) {
+  const sim::SimulationConfig& simulation = config.simulation;
   if (auto error = unknown("device", simulation.device, sim::SimulatedRig::device_presets())) return error;
   if (auto error = unknown("conditions", simulation.conditions, sim::condition_preset_names())) return error;
   if (auto error = unknown("tip", simulation.tip, sim::SimulatedRig::tips())) return error;
   if (auto error = unknown("plant", simulation.plant, sim::SimulatedRig::plants())) return error;
   std::vector<std::string> objects = sim::SimulatedRig::object_presets();
   objects.emplace_back("none");
-  return unknown("object", simulation.object, std::move(objects));
+  if (auto error = unknown("object", simulation.object, objects)) return error;
+  for (const hal::TurntableStation& station : config.turntable.settings.stations) {
+    if (station.object.empty()) continue;
+    if (auto error = unknown("object", station.object, objects, "rig.turntable.stations." + station.name))
+      return error;
+  }
+  return std::nullopt;
 }
 
 /// Opens a recording, also one of hapticd's own, whose columns have other names.
@@ -58,7 +66,7 @@ hal::Result<std::unique_ptr<hal::Rig>> open_replay(replay::ReplayConfig config) 
 hal::Result<std::unique_ptr<hal::Rig>> open_base(const DaemonConfig& config) {
   switch (config.rig) {
     case RigChoice::kSimulated:
-      if (auto error = check_names(config.simulation)) return *error;
+      if (auto error = check_names(config)) return *error;
       return as_rig(sim::SimulatedRig::create(config.simulation));
     case RigChoice::kReplay:
       return open_replay(config.replay);

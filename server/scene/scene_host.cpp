@@ -219,15 +219,17 @@ Outcome<SceneHost::Reservation> SceneHost::reserve(const std::string& by) {
   return Reservation(*this);
 }
 
-void SceneHost::note_target(const rt::TargetLaw& law) {
+void SceneHost::note_target(const rt::TargetLaw& law, std::uint64_t tick) {
   const MutexLock lock(current_mutex_);
+  if (target_ && tick < target_tick_) return;  // two callers at once: the later tick counts
   target_ = law;
+  target_tick_ = tick;
 }
 
-rt::TargetLaw SceneHost::target_in_force() const {
+SceneHost::InForce SceneHost::in_force() const {
   const MutexLock lock(current_mutex_);
-  if (target_) return *target_;
-  return current_ ? current_->spec.target : rt::TargetLaw{};
+  if (target_) return {current_, *target_};
+  return {current_, current_ ? current_->spec.target : rt::TargetLaw{}};
 }
 
 SceneHost::Reservation::Reservation(SceneHost& host) : host_(&host) {

@@ -120,10 +120,15 @@ class SceneHost {
   };
   Hold hold(Caller::Clock::time_point until) NO_THREAD_SAFETY_ANALYSIS;
 
-  /// Notes the target that was set since the scene was loaded. Call it while the scene is held.
-  void note_target(const rt::TargetLaw& law);
-  /// Target that was set last, or the loaded scene's own if none was set since. Call it while the scene is held.
-  rt::TargetLaw target_in_force() const;
+  /// Notes the target that took effect at a tick since the scene was loaded. Call it while the scene is held.
+  void note_target(const rt::TargetLaw& law, std::uint64_t tick);
+  /// The loaded scene, null if there is none, and the target that was set last, or its own if none was set
+  /// since.
+  struct InForce {
+    std::shared_ptr<const ResolvedScene> scene;
+    rt::TargetLaw target;
+  };
+  InForce in_force() const;
 
   /// Exclusive control of the scene: while it lives, load(), unload() and targets of other callers are
   /// refused. Starts with the scene that was loaded; restore() loads it again.
@@ -190,6 +195,7 @@ class SceneHost {
   mutable Mutex current_mutex_;
   std::shared_ptr<const ResolvedScene> current_ GUARDED_BY(current_mutex_);
   std::optional<rt::TargetLaw> target_ GUARDED_BY(current_mutex_);  ///< see note_target()
+  std::uint64_t target_tick_ GUARDED_BY(current_mutex_) = 0;        ///< of target_
   std::string reserved_by_ GUARDED_BY(current_mutex_);              ///< empty: not reserved
 };
 

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
+#include "hal/sim/simulated_rig.h"
 #include "rt/record/tick_record.h"
 #include "rt/scene/compose.h"
 #include "rt/scene/corrected_pipeline.h"
@@ -74,6 +76,21 @@ void say_bearing_friction(ResolvedScene& scene, const hal::RigInfo& rig) {
   scene.remarks.push_back(std::move(remark));
 }
 
+std::string_view in_words(std::string_view tip) {
+  return tip == "ball_bearing" ? "ball bearing" : tip;
+}
+
+/// The scene's friction and contact are of its tip; a simulated rig knows its own.
+void say_other_tip(ResolvedScene& scene, const Session& session) {
+  const bool is_simulated = session.rig_info().kind == hal::RigKind::kSimulated;
+  if (!is_simulated || session.simulation() == nullptr || scene.spec.kind != rt::SceneKind::kExplore) return;
+  const std::string& simulated = session.simulation()->tip();
+  if (simulated == word_of(scene.spec.tip)) return;
+  scene.remarks.push_back(
+      fmt::format("the scene is for a {}, the simulated tool is a {}: set tip in [rig.sim]",
+                  in_words(word_of(scene.spec.tip)), in_words(simulated)));
+}
+
 }  // namespace
 
 /// Limits while no scene is loaded: no force is requested, and a remaining force may fall.
@@ -136,6 +153,7 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
   if (!scene.outline.models.empty() || rolls) find_model(scene);
   find_calibration(scene);
   if (rolls) say_bearing_friction(scene, session_.rig_info());
+  say_other_tip(scene, session_);
   const bool says = spec->max_target_stiffness_n_per_mm > 0.0;
   if (!says && scene.model && !scene.outline.models.empty()) limit_to_object(scene);
   std::sort(scene.stored.begin(), scene.stored.end());

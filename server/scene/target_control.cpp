@@ -57,6 +57,13 @@ std::optional<Refusal> validate(rt::TargetLaw& law) {
 /// Grants the part of a law that a scene admits.
 Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scene, const hal::RigInfo& rig) {
   const rt::SceneSpec& resolved = scene.spec;
+  if (resolved.kind == rt::SceneKind::kExplore && !resolved.explore.modulated) {
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {fmt::format("scene '{}' leaves the object as stiff as it is", resolved.name),
+                    "SetTargetRequest.law", "", "a scene whose target.modulated is true",
+                    "load such a scene, or set target.modulated = true in this one"},
+                   Reason::kNotInThisScene};
+  }
   TargetSet set;
   set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, rt::kMaxTargetDepthMm);
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
@@ -211,7 +218,7 @@ void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec&
     const double speed_mm_per_s = std::max(kPressMmPerS, std::abs(now.velocity_mm_per_s));
     const double change_n = change_n_per_mm * now.displacement_mm +
                             std::max(rt::damping_n_s_per_mm(law, now.displacement_mm),
-                                     rt::damping_n_s_per_mm(scenes_.target_in_force(), now.displacement_mm)) *
+                                     rt::damping_n_s_per_mm(scenes_.in_force().target, now.displacement_mm)) *
                                 speed_mm_per_s;
     if (const double needed_s = change_n / scene.max_target_change_n_per_s; needed_s > min_s) {
       min_s = needed_s;
@@ -273,7 +280,7 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
   command.ramp_s = result->ramp_s;
   const auto outcome = session_.execute(command, caller, until - Caller::Clock::now());
   if (!outcome) return outcome.refusal();
-  scenes_.note_target(law);
+  scenes_.note_target(law, outcome->tick);
   result->effective_tick = outcome->tick;
   result->effective_time_ns = outcome->time_ns;
   return result;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "client/cli/plot/csv_table.h"
+#include "client/cli/plot/recording_table.h"
 
 namespace hapticd::cli {
 
@@ -78,7 +79,7 @@ std::vector<v1::PushReferencePosesRequest> read_reference_file(const std::string
 }
 
 std::vector<v1::PushReferencePosesRequest> read_rig_file(const std::string& path) {
-  const CsvTable table = CsvTable::read(path);
+  const CsvTable table = read_recording(path);
   const std::vector<std::int64_t> time_ns = times_ns(table, "time");
   const auto& x = table.column("sample_tip_position_x_mm");
   const auto& y = table.column("sample_tip_position_y_mm");

@@ -1,9 +1,9 @@
 #include <fmt/core.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/plot/figure.h"
 #include "client/cli/plot/recording_figure.h"
 #include "client/cli/plot/recording_table.h"
 #include "client/cli/session/print.h"
@@ -35,10 +35,7 @@ void add_plot_command(CLI::App& app, Session& session) {
       ->required();
   command->add_option("-o,--out", options->svg, "Where to write the plot (SVG)")->required();
   command->callback([&session, options] {
-    if (std::filesystem::path(options->svg).extension() != ".svg") {
-      throw LocalError("plots are drawn as SVG only", "--out", options->svg, "a name that ends in .svg",
-                       "convert it afterwards, e.g. with rsvg-convert");
-    }
+    require_svg_name("--out", options->svg);
     const CsvTable table = read_recording(options->recording);
     write_svg(recording_figure(table), options->svg);
     if (session.json) return print_json({{"plot", options->svg}, {"samples", table.rows()}});

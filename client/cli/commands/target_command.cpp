@@ -9,6 +9,7 @@
 #include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
+#include "client/cli/view/target_view.h"
 
 namespace hapticd::cli {
 namespace {
@@ -80,11 +81,13 @@ void set_target(const TargetOptions& options, Session& session) {
 void get_target(Session& session) {
   const v1::RigState state = session.connect().rig_state(client::Histograms::kWithout);
   if (session.json) {
-    return print_json(
-        {{"scene", state.scene()}, {"target_stiffness_n_per_mm", state.target_stiffness_n_per_mm()}});
+    Json document{{"scene", state.scene()}, {"target_stiffness_n_per_mm", state.target_stiffness_n_per_mm()}};
+    if (state.has_target_law()) document["target_law"] = to_json(state.target_law());
+    return print_json(document);
   }
   if (state.scene().empty()) return print_line("no scene is loaded, so there is no target");
   print_line("{:g} N/mm in scene '{}'", state.target_stiffness_n_per_mm(), state.scene());
+  if (state.has_target_law()) print_line("law: {}", target_words(state.target_law()));
 }
 
 }  // namespace
@@ -92,8 +95,8 @@ void get_target(Session& session) {
 void add_target_command(CLI::App& app, Session& session) {
   CLI::App* target = app.add_subcommand("target", "How stiff the object is to feel");
   target->require_subcommand(1);
-  CLI::App* get =
-      target->add_subcommand("get", "The target in force; of a law that is not linear, where the tip is");
+  CLI::App* get = target->add_subcommand(
+      "get", "The target in force and its law; of one that is not linear, the stiffness where the tip is");
   get->footer("Example:\n  hapticctl target get");
   get->callback([&session] { get_target(session); });
   const auto options = std::make_shared<TargetOptions>();

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "client/cli/commands/commands.h"
@@ -7,6 +8,7 @@
 #include "client/cli/session/follow.h"
 #include "client/cli/session/interrupt.h"
 #include "client/cli/session/print.h"
+#include "client/cli/session/replaced_file.h"
 #include "client/cli/text/names.h"
 
 namespace hapticd::cli {
@@ -45,7 +47,18 @@ Json account_json(const client::StreamAccount& account) {
           {"complete", account.complete()}};
 }
 
+/// What is written is CSV, whatever the name.
+void refuse_all_but_csv(const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  for (const char* other : {".h5", ".hdf5", ".hdf", ".mcap"}) {
+    if (ending != other) continue;
+    throw LocalError("telemetry is written as CSV only", "FILE.csv", path, "a name that ends in .csv",
+                     "for HDF5 and MCAP: hapticctl record start, then hapticctl record export or record get");
+  }
+}
+
 void record(const RecordOptions& options, Session& session) {
+  refuse_all_but_csv(options.path);
   client::Client client = session.connect();
   const v1::RigInfo rig = client.rig_info();
   const auto groups = options.stream.groups.empty() ? groups_of(rig) : parse_groups(options.stream.groups);
@@ -54,6 +67,7 @@ void record(const RecordOptions& options, Session& session) {
   request.set_decimation(options.stream.decimation);
   request.set_queue_samples(kRecorderQueue);
   client::TelemetryStream stream = client.subscribe(request);
+  const bool replaces = is_replaced(options.path);
   Recording recording(options.path, origin_lines(rig, client.rig_state(), options.stream.decimation), groups);
 
   catch_interrupts();
@@ -73,11 +87,11 @@ void record(const RecordOptions& options, Session& session) {
   if (result.account.samples() == 0 || !result.account.complete()) session.exit_code = ExitCode::kGaps;
   if (result.end == StreamEnd::kSilent) session.exit_code = ExitCode::kUnreachable;
   if (session.json) {
-    Json document{{"file", options.path}, {"end", end_word(result.end)}};
+    Json document{{"file", options.path}, {"replaced", replaces}, {"end", end_word(result.end)}};
     document.update(account_json(result.account));
     return print_json(document);
   }
-  print_line("{}: {}", options.path, account_text(result.account));
+  print_line("{}: {}{}", options.path, account_text(result.account), replaced_words(replaces));
   if (result.end == StreamEnd::kSilent)
     print_error_line("hapticctl: ended early, the daemon sent nothing for 5 s");
   if (result.end == StreamEnd::kClosedByDaemon) print_line("the daemon closed the stream");

@@ -195,6 +195,12 @@ std::string gnuplot_script(const Figure& figure, const std::string& svg_path) {
   return script + "unset multiplot\nunset output\n";
 }
 
+void require_svg_name(const std::string& option, const std::string& svg_path) {
+  if (std::filesystem::path(svg_path).extension() == ".svg") return;
+  throw LocalError("plots are drawn as SVG only", option, svg_path, "a name that ends in .svg",
+                   "convert it afterwards, e.g. with rsvg-convert");
+}
+
 void write_svg(const Figure& figure, const std::string& svg_path) {
   const auto folder = std::filesystem::path(svg_path).parent_path();
   std::error_code ignored;

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -51,10 +50,7 @@ v1::RecordingFile find_incident(client::Client& client, const std::string& asked
 }
 
 void show_incident(Session& session, const ShowOptions& options) {
-  if (!options.svg.empty() && std::filesystem::path(options.svg).extension() != ".svg") {
-    throw LocalError("plots are drawn as SVG only", "--out", options.svg, "a name that ends in .svg",
-                     "convert it afterwards, e.g. with rsvg-convert");
-  }
+  if (!options.svg.empty()) require_svg_name("--out", options.svg);
   client::Client client = session.connect();
   const v1::RecordingFile file = find_incident(client, options.id);
   v1::ExportRecordingRequest request;

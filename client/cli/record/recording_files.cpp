@@ -4,10 +4,12 @@
 
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "client/cli/record/download.h"
 #include "client/cli/record/recording_view.h"
 #include "client/cli/session/print.h"
+#include "client/cli/session/replaced_file.h"
 #include "client/cli/session/terminal.h"
 #include "client/cli/text/message_json.h"
 
@@ -29,6 +31,16 @@ v1::ExportFormat format_of(const std::string& path) {
                    "an .mcap file is what `get` fetches");
 }
 
+/// What is fetched is MCAP, whatever the name.
+void refuse_all_but_mcap(const std::string& path, v1::RecordingKind kind) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  for (const char* other : {".h5", ".hdf5", ".hdf", ".csv"}) {
+    if (ending != other) continue;
+    throw LocalError("files are fetched as MCAP only", "--out", path, "a name that ends in .mcap",
+                     "for HDF5 and CSV: hapticctl " + command_of(kind) + " export");
+  }
+}
+
 /// Name of a file; the daemon may have given the id, so it must not lead to another folder.
 std::string file_name(const std::string& id) {
   if (id.empty() || id.starts_with('.') || id.find('/') != std::string::npos || printable(id) != id) {
@@ -38,9 +50,11 @@ std::string file_name(const std::string& id) {
   return id + ".mcap";
 }
 
-void print_file(const std::string& path, std::uint64_t bytes, const Session& session) {
-  if (session.json) return print_json({{"file", path}, {"bytes", bytes}});
-  print_line("{}: {}", path, size_words(bytes));
+void fetch_to(client::RecordingStream stream, const std::string& path, const Session& session) {
+  const bool replaces = is_replaced(path);
+  const std::uint64_t bytes = download(std::move(stream), path);
+  if (session.json) return print_json({{"file", path}, {"bytes", bytes}, {"replaced", replaces}});
+  print_line("{}: {}{}", path, size_words(bytes), replaced_words(replaces));
 }
 
 }  // namespace
@@ -75,17 +89,19 @@ void add_list_command(CLI::App& parent, Session& session, v1::RecordingKind kind
 void add_get_command(CLI::App& parent, Session& session, v1::RecordingKind kind, const std::string& name) {
   const auto options = std::make_shared<ExportOptions>();
   CLI::App* get = parent.add_subcommand("get", "Fetches the file of a " + name + " (MCAP)");
-  get->footer("Examples:\n  hapticctl " + command_of(kind) + " get last\n  hapticctl " + command_of(kind) +
+  get->footer("An existing file is replaced.\n\nExamples:\n  hapticctl " + command_of(kind) +
+              " get last\n  hapticctl " + command_of(kind) +
               " get 00012_20261124T005200Z_press --out press.mcap");
   get->add_option("ID", options->id, kIdHelp)->required();
   get->add_option("-o,--out", options->out, "Where to write [ID.mcap]");
   get->callback([&session, options, kind] {
+    refuse_all_but_mcap(options->out, kind);
     client::Client client = session.connect();
     v1::GetRecordingRequest request;
     request.set_id(file_id(client, options->id, kind));
     request.set_kind(kind);
     const std::string out = options->out.empty() ? file_name(request.id()) : options->out;
-    print_file(out, download(client.get_recording(request), out), session);
+    fetch_to(client.get_recording(request), out, session);
   });
 }
 
@@ -93,7 +109,7 @@ void add_export_command(CLI::App& parent, Session& session, v1::RecordingKind ki
   const auto options = std::make_shared<ExportOptions>();
   CLI::App* command = parent.add_subcommand("export", "A " + name + " as HDF5 or CSV, with units");
   const std::string call = "  hapticctl " + command_of(kind) + " export last --out ";
-  command->footer("Examples:\n" + call + "press.h5\n" + call +
+  command->footer("An existing file is replaced.\n\nExamples:\n" + call + "press.h5\n" + call +
                   "press.csv --columns contact_reaction_force_n,deformation_displacement_mm --from 1 --to 3");
   command->add_option("ID", options->id, kIdHelp)->required();
   command->add_option("-o,--out", options->out, "Where to write: .h5, .hdf5 or .csv")->required();
@@ -115,7 +131,7 @@ void add_export_command(CLI::App& parent, Session& session, v1::RecordingKind ki
     request.set_from_s(options->from_s);
     request.set_to_s(options->to_s);
     request.set_decimation(options->decimation);
-    print_file(options->out, download(client.export_recording(request), options->out), session);
+    fetch_to(client.export_recording(request), options->out, session);
   });
 }
 

@@ -8,6 +8,7 @@
 #include "client/cli/text/text_table.h"
 #include "client/cli/view/lease_view.h"
 #include "client/cli/view/live_state.h"
+#include "client/cli/view/target_view.h"
 #include "client/cli/view/watchdog_view.h"
 
 namespace hapticd::cli {
@@ -57,7 +58,11 @@ std::string guard_text(const v1::RigState& state, const Terminal& terminal) {
 std::string scene_text(const v1::RigState& state) {
   if (state.scene().empty()) return "none (hapticctl scene list)";
   if (state.contact_reason() == v1::CONTACT_REASON_UNSPECIFIED) return state.scene();
-  return fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm());
+  const std::string text =
+      fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm());
+  const bool is_linear = state.target_law().kind_case() == v1::TargetLaw::kLinearNPerMm;
+  if (!state.has_target_law() || is_linear) return text;
+  return text + ": " + target_words(state.target_law());
 }
 
 /// The most important fact, then the estimates of the scene.

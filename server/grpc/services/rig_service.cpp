@@ -82,6 +82,41 @@ void fill_bias(const SensorBias& bias, v1::SensorBias& reported) {
   orientation.set_z(bias.orientation.z);
 }
 
+void fill_profile(const rt::TargetLaw& law, v1::StiffnessProfile& profile) {
+  for (std::uint32_t i = 0; i < law.knot_count; ++i) {
+    v1::StiffnessProfile::Knot& knot = *profile.add_knots();
+    knot.set_at_mm(law.knots[i].at_mm);
+    knot.set_stiffness_n_per_mm(law.knots[i].stiffness_n_per_mm);
+  }
+}
+
+void fill_law(const rt::TargetLaw& law, v1::TargetLaw& reported) {
+  switch (law.kind) {
+    case rt::TargetLaw::Kind::kLinear:
+      reported.set_linear_n_per_mm(law.stiffness_n_per_mm);
+      break;
+    case rt::TargetLaw::Kind::kHuntCrossley: {
+      v1::HuntCrossleyLaw& power = *reported.mutable_hunt_crossley();
+      power.set_stiffness_n_per_mm_m(law.hunt_crossley.stiffness_n_per_mm_m);
+      power.set_damping_n_s_per_mm_m1(law.hunt_crossley.damping_n_s_per_mm_m1);
+      power.set_exponent(law.hunt_crossley.exponent);
+      break;
+    }
+    case rt::TargetLaw::Kind::kDisplacementProfile:
+      fill_profile(law, *reported.mutable_displacement_profile());
+      break;
+    case rt::TargetLaw::Kind::kPositionProfile:
+      fill_profile(law, *reported.mutable_position_profile());
+      fill_vector(law.axis, *reported.mutable_position_profile()->mutable_axis());
+      break;
+  }
+}
+
+/// True if the scene has a target: one that leaves the object as it is has none.
+bool has_target(const ResolvedScene& scene) {
+  return scene.spec.kind != rt::SceneKind::kExplore || scene.spec.explore.modulated;
+}
+
 /// Fills in contact and the sensor's zero in the last tick.
 void fill_contact_state(const rt::TickRecord& record, v1::RigState& state) {
   state.set_force_age_ms(static_cast<double>(record.force_age_ns) * 1e-6);
@@ -159,8 +194,10 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   const rt::TickRecord record = hub_.latest();
   response->set_guard_state(to_proto(record.guard_state));
   response->set_guard_fault(to_proto(record.guard_fault));
-  const auto scene = scenes_.current();
+  const SceneHost::InForce in_force = scenes_.in_force();
+  const auto& scene = in_force.scene;
   if (scene) response->set_scene(scene->spec.name);
+  if (scene && has_target(*scene)) fill_law(in_force.target, *response->mutable_target_law());
   response->set_target_stiffness_n_per_mm(record.target_stiffness_n_per_mm);
   response->set_in_contact(record.in_contact);
   fill_contact_state(record, *response);

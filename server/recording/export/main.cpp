@@ -59,7 +59,8 @@ int main(int argc, char** argv) {
   app.add_option("RECORDING", request.input,
                  "Made by hapticctl record or by the flight recorder; .h5: without events and metadata")
       ->required();
-  app.add_option("-o,--out", request.output, "Where to write: .h5, .hdf5 or .csv")->required();
+  app.add_option("-o,--out", request.output, "Where to write: .h5, .hdf5 or .csv, or any name with --format")
+      ->required();
   const std::map<std::string, TableFormat> formats{{"hdf5", TableFormat::kHdf5}, {"csv", TableFormat::kCsv}};
   CLI::Option* format = app.add_option("--format", request.format, "hdf5 or csv [by the ending of --out]")
                             ->transform(CLI::CheckedTransformer(formats));
@@ -74,7 +75,15 @@ int main(int argc, char** argv) {
       "Examples:\n  hapticd-export press.mcap --out press.h5\n"
       "  hapticd-export press.mcap --out press.csv --columns contact_reaction_force_n --from 10 --to 20");
   CLI11_PARSE(app, argc, argv);
-  if (format->count() == 0 && request.output.ends_with(".csv")) request.format = TableFormat::kCsv;
+  if (format->count() == 0) {
+    const bool is_csv = request.output.ends_with(".csv");
+    if (!is_csv && !request.output.ends_with(".h5") && !request.output.ends_with(".hdf5")) {
+      return refuse({"the format is not known", "--out", request.output,
+                     "a name that ends in .h5, .hdf5 or .csv", "or give --format"},
+                    json_errors);
+    }
+    if (is_csv) request.format = TableFormat::kCsv;
+  }
   be_modest();
   if (refuse_links) request.links = hapticd::recording::Links::kRefused;
   try {

@@ -335,6 +335,15 @@ TEST(RigNames, OfASimulatedRigAreSuggested) {
           {"[rig.sim]\ntip = \"bal_bearing\"\n", "[rig.sim] tip", kUnknownWord},
       },
       rig_of);
+  const std::string station = "[rig.turntable.stations.a]\nangle_deg = 0\nobject = ";
+  const auto object = rig_of(station + "\"sponge\"\n");
+  ASSERT_FALSE(object);
+  EXPECT_EQ(object.error().where, "[rig.turntable.stations.a] object");
+  EXPECT_EQ(object.error().remedy, "did you mean 'sponge_block'?");
+  for (const char* known : {"\"sponge_block\"\n", "\"none\"\n", "\"\"\n"})
+    EXPECT_TRUE(rig_of(station + known));
+  const std::string real = "[rig]\nkind = \"hardware\"\nsensor = \"netft\"\n";
+  EXPECT_TRUE(rig_of(real + station + "\"my sponge\"\n")) << "a real rig's objects have any name";
 }
 
 TEST(RigText, MistakesAreNamed) {

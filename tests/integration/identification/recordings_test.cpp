@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "tests/integration/error_detail.h"
+#include "tests/integration/identification/identifying.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/temporary_folder.h"
 
@@ -53,6 +54,15 @@ TEST(ServiceRecordings, OneThatCannotBePlayedEndsTheStartAndIsNamed) {
     EXPECT_EQ(failure.error.where, one.where);
     EXPECT_NE(failure.error.text().find(one.words), std::string::npos) << failure.error.text();
   }
+}
+
+TEST(ServiceRecordings, Hdf5IsNotTakenForIdentification) {
+  const Identifying service(quiet_config());
+  v1::UploadRecordingResponse uploaded;
+  const grpc::Status status = service.upload("\x89HDF\r\n\x1a\n more\n and more\n", &uploaded);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(detail_of(status).what(), "this is an HDF5 file");
+  EXPECT_NE(detail_of(status).remedy().find("hapticctl record get"), std::string::npos);
 }
 
 TEST(ServiceRecordings, ShowContactAndStiffnessFromTheFirstTick) {

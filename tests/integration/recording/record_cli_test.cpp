@@ -67,8 +67,12 @@ TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
   for (const char* name : {"a.h5", "a.csv"}) {
     const Run exported = run({"record", "export", "last", "--out", folder_.path(name)});
     EXPECT_EQ(exported.code, 0) << exported.errors;
+    EXPECT_EQ(exported.output.find("replaced"), std::string::npos) << exported.output;
     EXPECT_GT(std::filesystem::file_size(folder_.path(name)), 1000U);
   }
+  const Run again = run({"record", "export", "last", "--out", folder_.path("a.csv")});
+  EXPECT_EQ(again.code, 0) << again.errors;
+  EXPECT_NE(again.output.find("; the file that was there is replaced\n"), std::string::npos) << again.output;
   const Run wrong = run({"record", "export", "last", "--out", folder_.path("b.csv"), "--columns", "forse"});
   EXPECT_NE(wrong.code, 0);
   EXPECT_NE(wrong.errors.find("the recording has no such column"), std::string::npos) << wrong.errors;
@@ -77,6 +81,32 @@ TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
   EXPECT_NE(no_format.errors.find(".h5, .hdf5 or .csv"), std::string::npos) << no_format.errors;
   EXPECT_EQ(run({"record", "delete", id}).code, 0);
   EXPECT_NE(run({"record", "get", id}).code, 0);
+}
+
+TEST_F(RecordCli, WritesNoFormatUnderTheNameOfAnother) {
+  const auto expect_refused = [this](std::vector<std::string> words, const std::string& name,
+                                     const std::string& accepted) {
+    const std::string path = folder_.path(name);
+    words.push_back(path);
+    const Run refused = run(words);
+    EXPECT_EQ(refused.code, 2) << path;
+    EXPECT_NE(refused.errors.find(accepted), std::string::npos) << refused.errors;
+    EXPECT_FALSE(std::filesystem::exists(path)) << path;
+  };
+  const std::vector<std::string> telemetry{"telemetry", "record", "--samples", "10"};
+  for (const char* name : {"a.h5", "a.hdf5", "a.mcap"}) expect_refused(telemetry, name, "ends in .csv");
+  for (const char* name : {"a.csv", "a.h5"})
+    expect_refused({"incident", "get", "last", "--out"}, name, "ends in .mcap");
+  expect_refused({"identify", "watch", "--svg"}, "a.png", "ends in .svg");
+  for (const std::string& path : {folder_.path("a.txt"), std::string("/dev/null")})
+    EXPECT_EQ(run({"telemetry", "record", "--samples", "10", path}).code, 0) << path;
+  const Run again = run({"telemetry", "record", "--samples", "10", folder_.path("a.txt")});
+  EXPECT_NE(again.output.find("replaced"), std::string::npos) << again.output;
+
+  const auto program = std::filesystem::path(HAPTICCTL_BINARY).parent_path() / "hapticd-export";
+  ChildProcess exported(program.string(), {folder_.path("a.mcap"), "--out", folder_.path("b.mcap")});
+  EXPECT_NE(exported.wait(), 0);
+  EXPECT_NE(exported.errors().find("the format is not known"), std::string::npos) << exported.errors();
 }
 
 /// The curves of a plot: what gnuplot drew, without its title.

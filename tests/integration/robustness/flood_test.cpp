@@ -198,7 +198,8 @@ class AttackedDaemon {
     const auto until = std::chrono::steady_clock::now() + kTimeout;
     grpc::Status load = client.load("wall");
     // The threads of calls that were cut off end soon after.
-    while (load.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED && std::chrono::steady_clock::now() < until)
+    while (load.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
+           std::chrono::steady_clock::now() < until)
       load = client.load("wall");
     EXPECT_TRUE(load.ok()) << load.error_message();
     process_.signal(SIGTERM);

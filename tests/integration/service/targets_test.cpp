@@ -202,6 +202,36 @@ TEST(ServiceTargets, OtherLawsAreGrantedWholeInASceneThatExplores) {
   EXPECT_EQ(response.granted_n_per_mm(), 0.4);
 }
 
+TEST(ServiceTargets, TheLawInForceIsReported) {
+  const RunningService service;
+  EXPECT_FALSE(service.state().has_target_law()) << "no scene is loaded";
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  EXPECT_EQ(service.state().target_law().linear_n_per_mm(), 0.5) << "the scene's own";
+  ASSERT_TRUE(service.set_target(target(50.0)).ok());
+  EXPECT_EQ(service.state().target_law().linear_n_per_mm(), 1.0) << "as much as was granted";
+
+  ASSERT_TRUE(service.set_target(power_law(0.05, 0.001, 1.25)).ok());
+  const v1::HuntCrossleyLaw power = service.state().target_law().hunt_crossley();
+  EXPECT_EQ(power.stiffness_n_per_mm_m(), 0.05);
+  EXPECT_EQ(power.damping_n_s_per_mm_m1(), 0.001);
+  EXPECT_EQ(power.exponent(), 1.25);
+
+  v1::SetTargetRequest along;
+  v1::StiffnessProfile& wanted = *along.mutable_law()->mutable_position_profile();
+  add_knot(wanted, -20.0, 0.3);
+  add_knot(wanted, 20.0, 0.8);
+  wanted.mutable_axis()->set_y(3.0);
+  ASSERT_TRUE(service.set_target(along).ok());
+  const v1::StiffnessProfile profile = service.state().target_law().position_profile();
+  ASSERT_EQ(profile.knots_size(), 2);
+  EXPECT_EQ(profile.knots(0).at_mm(), -20.0);
+  EXPECT_EQ(profile.knots(1).stiffness_n_per_mm(), 0.8);
+  EXPECT_DOUBLE_EQ(profile.axis().y(), 1.0);
+
+  ASSERT_TRUE(service.load("explore_tumour").ok());
+  EXPECT_FALSE(service.state().has_target_law()) << "the object stays as it is";
+}
+
 TEST(ServiceTargets, ALinearTargetOfASceneThatExploresIsBoundedByTheSceneAlone) {
   const RunningService service(generous_config());
   ASSERT_TRUE(
@@ -246,6 +276,13 @@ TEST(ServiceTargets, OtherLawsAreRefusedWhereARealObjectIsTapped) {
   v1::SetTargetResponse response;
   ASSERT_TRUE(service.set_target(linear, &response).ok()) << "a linear law is a stiffness";
   EXPECT_EQ(response.granted_n_per_mm(), 0.4);
+}
+
+TEST(ServiceTargets, AreRefusedWhereTheObjectStaysAsItIs) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("explore_tumour").ok());
+  expect_refused(service.set_target(target(0.8)), grpc::StatusCode::FAILED_PRECONDITION,
+                 v1::ERROR_REASON_NOT_IN_THIS_SCENE, "SetTargetRequest.law");
 }
 
 TEST(ServiceTargets, ALawThatIsNoneIsRefused) {

@@ -37,8 +37,9 @@ TEST(ServiceFindings, TheUnitIsKnownByItsControlGroup) {
   EXPECT_EQ(unit_of_cgroup(""), "");
   const test::TemporaryFolder root;
   write_text(fs::path(root.path()) / "proc/self/cgroup", "0::/system.slice/hapticd.service\n");
-  EXPECT_NE(text_on(examine_service({}, "", root.path()), "service").find("run by hapticd.service"),
-            std::string::npos);
+  const std::string text = text_on(examine_service({}, "", root.path()), "service");
+  EXPECT_TRUE(text.starts_with("run by hapticd.service; limits of the process: real-time priority ")) << text;
+  EXPECT_NE(text.find("RLIMIT_RTPRIO"), std::string::npos) << text;
 }
 
 TEST(ServiceFindings, GroupsOfRealTimeThreadsAreAWarning) {

@@ -176,12 +176,11 @@ TEST(ModbusFault, ADriveThatStaysBusyIsRefusedInTheEnd) {
 }
 
 TEST(ModbusTcp, ALateAnswerIsNotTakenForTheNext) {
-  DrivenRig rig(
-      Over::kTcp, EmulatedDrive::Make::kPlain,
-      [](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
-        config.link.response_timeout_s = 0.5;
-        settings.stale_after_s = 10.0;
-      });
+  DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain,
+                [](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
+                  config.link.response_timeout_s = 0.5;
+                  settings.stale_after_s = 10.0;
+                });
   const auto number = rig.set_off();
   rig.drive.set_faults({.delay_once_ms = 700});
   rig.await([&](const hal::TurntableStatus&) { return rig.figure("late_answers") >= 1.0; });

@@ -244,6 +244,14 @@ TEST(ReplayBadFile, ARefusalHasFiveParts) {
             std::string::npos);
 }
 
+TEST(ReplayBadFile, Hdf5IsRecognised) {
+  using namespace std::string_view_literals;
+  EXPECT_EQ(
+      refusal("\x89HDF\r\n\x1a\n\0\0\n"sv),
+      "recording 'FILE': this is an HDF5 file; accepted: MCAP or CSV; give the .mcap (hapticctl record get), "
+      "or the CSV (hapticctl record export)");
+}
+
 TEST(ReplayBadFile, ARefusalSaysWhatHelps) {
   struct Case {
     std::string_view content;
