@@ -68,14 +68,15 @@ bool Subscription::ended() const {
   return closed_ && queue_.empty();
 }
 
+void Subscription::drop_oldest() {
+  queue_.pop_front();
+  ++dropped_;
+}
+
 void Subscription::offer(const std::shared_ptr<const RecordChunk>& chunk, std::size_t most) {
   const MutexLock lock(mutex_);
   const std::size_t held =
       options_.is_own ? options_.queue_samples : std::min<std::size_t>(options_.queue_samples, most);
-  const auto drop_oldest = [this] {
-    queue_.pop_front();
-    ++dropped_;
-  };
   while (!queue_.empty() && chunk->received - queue_.front().chunk->received > kLongestQueued) drop_oldest();
   // A chunk may be a moment older than the subscription.
   server_drops_ = std::max(chunk->dropped_by_server, server_drops_before_) - server_drops_before_;

@@ -84,6 +84,7 @@ class Subscription {
   friend class TelemetryHub;
   /// `most`: samples that a client's queue may hold.
   void offer(const std::shared_ptr<const RecordChunk>& chunk, std::size_t most);
+  void drop_oldest() REQUIRES(mutex_);
   bool ready(Clock::time_point now) const;
   bool ready_locked(Clock::time_point now) const REQUIRES(mutex_);
   void close();
