@@ -63,10 +63,10 @@ class [[nodiscard]] Admission {
 ///
 ///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force
 ///                             before, so that nothing is cut off in a hand; it is there 20 ms after the
-///                             contact. Once it comes down it does so until a load is sure: see below.
+///                             contact. Once it comes down it goes on to do so until a load is sure, as below.
 ///   a jump is suspected       no more than kFreeAirN, or than there was before. This bound and the one above
 ///                             rise again by kLoadRiseNPerS; within kBackWithinS after a load, when the arm
-///                             may swing, once the load has been back for kBackS and is sure.
+///                             may swing, once the load has been back for kBackS: then it is sure.
 ///   only a noted step is      none after 14 ms.
 ///   read
 ///   the zero is not proven    none at once. What comes back after this or the row above grows over

@@ -12,7 +12,7 @@ class FreeAirJudge {
  public:
   static constexpr double kMaxN = 0.3;
   static constexpr double kZeroN = 0.05;
-  static constexpr double kWithinS = 0.020 + 1e-9;  ///< differences of two times are rounded
+  static constexpr double kWithinS = 0.020;
 
   /// One tick: the force asked of the device, and whether the object is touched.
   void add(double time_s, bool touching, double force_n) noexcept {
@@ -24,7 +24,8 @@ class FreeAirJudge {
       forced_ = false;
       return;
     }
-    const bool settled = !touched_ || time_s - touched_s_ > kWithinS;
+    constexpr double kRoundingS = 1e-9;  // of the difference of two times
+    const bool settled = !touched_ || time_s - touched_s_ > kWithinS + kRoundingS;
     if (settled && force_n > max_n_) {
       max_n_ = force_n;
       max_at_s_ = time_s;

@@ -64,10 +64,6 @@ UncertainText uncertain_parts(double value, double standard_error, bool unicode)
   return {scaled(value), scaled(standard_error)};
 }
 
-std::string uncertain_text(double value, double standard_error, bool unicode) {
-  return joined(uncertain_parts(value, standard_error, unicode), unicode);
-}
-
 UncertainText parameter_parts(std::string_view name, double value, double standard_error, bool unicode) {
   UncertainText text = uncertain_parts(value, standard_error, unicode);
   if (!std::isinf(standard_error)) return text;

@@ -17,12 +17,10 @@ struct UncertainText {
 /// negative error "?"; a number that is NaN is "-".
 UncertainText uncertain_parts(double value, double standard_error, bool unicode);
 
-/// "0.0791 ± 0.0012", "+-" without Unicode.
-std::string uncertain_text(double value, double standard_error, bool unicode);
-
 /// Number and error of an identified parameter. What the search for gains did not reach is a bound, not an
 /// estimate without an end: "≥ 2", or "-" for the period of an oscillation that did not come.
 UncertainText parameter_parts(std::string_view name, double value, double standard_error, bool unicode);
+/// Number and error in one text: "0.0791 ± 0.0012", "+-" without Unicode.
 std::string parameter_text(std::string_view name, double value, double standard_error, bool unicode);
 
 }  // namespace hapticd::cli

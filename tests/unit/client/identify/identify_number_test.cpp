@@ -16,7 +16,7 @@ const Terminal kUnicodeTerminal{.unicode = true};
 const Terminal kAsciiTerminal{};
 
 std::string text(double value, double error) {
-  return uncertain_text(value, error, true);
+  return parameter_text("mass_g", value, error, true);
 }
 
 TEST(UncertainNumber, TheErrorHasTwoSignificantDigitsAndTheNumberAsManyDecimals) {
@@ -27,7 +27,7 @@ TEST(UncertainNumber, TheErrorHasTwoSignificantDigitsAndTheNumberAsManyDecimals)
   EXPECT_EQ(text(3.2, 45.6), "3 ± 46");
   EXPECT_EQ(text(12345.0, 120.0), "12350 ± 120");
   EXPECT_EQ(text(12345.0, 4567.0), "12300 ± 4600");
-  EXPECT_EQ(uncertain_text(1.634, 0.021, false), "1.634 +- 0.021");
+  EXPECT_EQ(parameter_text("mass_g", 1.634, 0.021, false), "1.634 +- 0.021");
 }
 
 TEST(UncertainNumber, RoundingUpToTheNextPowerKeepsTwoDigits) {
@@ -45,7 +45,7 @@ TEST(UncertainNumber, VeryLargeAndVerySmallOnesShareAPowerOfTen) {
 
 TEST(UncertainNumber, UnknownValuesAreMarked) {
   EXPECT_EQ(text(0.0791, kInfinity), "0.0791 ± ∞");
-  EXPECT_EQ(uncertain_text(0.0791, kInfinity, false), "0.0791 +- inf");
+  EXPECT_EQ(parameter_text("mass_g", 0.0791, kInfinity, false), "0.0791 +- inf");
   EXPECT_EQ(text(0.0791, kNone), "0.0791 ± ?");
   EXPECT_EQ(text(0.0791, -1.0), "0.0791 ± ?");
   EXPECT_EQ(text(kNone, 0.1), "-");
