@@ -43,7 +43,10 @@ run() {
     >"$out/$name.daemon.log" 2>&1 &
   local daemon=$!
   local ctl=("$bin/hapticctl" --server 127.0.0.1:50177)
-  until "${ctl[@]}" status >/dev/null 2>&1; do sleep 0.2; done
+  until "${ctl[@]}" status >/dev/null 2>&1; do
+    kill -0 "$daemon" 2>/dev/null || { cat "$out/$name.daemon.log" >&2; exit 1; }
+    sleep 0.2
+  done
   # The loaded machine bunches the sensor's records: as much as the daemon's ceiling allows, or nothing is rendered.
   "${ctl[@]}" scene load "$out/$scene.toml" >/dev/null
   "${ctl[@]}" target set 0.7 >/dev/null
