@@ -35,6 +35,7 @@
 #include "server/grpc/gate/access_gate.h"
 #include "server/grpc/gate/gated_callback.h"
 #include "server/grpc/gate/gated_service.h"
+#include "server/grpc/gate/thread_places.h"
 #include "server/grpc/pose/pose_service.h"
 #include "server/grpc/recording/event_service.h"
 #include "server/grpc/recording/recording_service.h"
@@ -61,8 +62,6 @@ namespace hapticd::server {
 namespace {
 
 constexpr int kMaxRequest = 1 << 20;
-/// More than the targets that may wait for their time, plus the calls of other clients.
-constexpr int kMaxThreads = 64;
 /// Calls at once on one connection; more wait at the client. A call takes some 25 kB here before it is
 /// handled.
 constexpr int kMaxStreams = 100;
@@ -77,14 +76,23 @@ constexpr int kMaxIdleMs = 600'000;
 constexpr int kMinPingIntervalMs = 5'000;
 
 /// Gives every thread that serves calls a stack for crash handlers, once, before the call is read: parsers of
-/// requests could use up a stack. Intercepts calls only to find requests that cannot be read.
-class CrashStackForCallers final : public grpc::experimental::ServerInterceptorFactoryInterface {
+/// requests could use up a stack. Intercepts calls only to find requests that cannot be read, and to count
+/// those of reflection.
+class CallInterceptors final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
+  CallInterceptors(const ConnectionTable& connections, ThreadPlaces& threads)
+      : connections_(connections), threads_(threads) {}
+
   /// gRPC owns what it gets.
   grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* call) override {
     use_crash_stack();
-    return watch_for_unreadable_request(*call).release();
+    if (auto watch = watch_for_unreadable_request(*call)) return watch.release();
+    return place_of_reflection(*call, connections_, threads_.reflections).release();
   }
+
+ private:
+  const ConnectionTable& connections_;
+  ThreadPlaces& threads_;
 };
 
 /// Passes a line of gRPC on, at most one a second: clients must not fill the log, e.g. with handshakes that
@@ -159,6 +167,7 @@ struct GrpcServer::State {
   EventService event;
   CallQuota quota;
   ConnectionTable connections;
+  ThreadPlaces threads;
   std::optional<LocalClients> local_clients;  ///< of the listener's thread
   std::optional<AccessGate> gate;
   std::vector<std::unique_ptr<GatedService>> gated;
@@ -201,7 +210,7 @@ void GrpcServer::State::add_services(SafetyLatch& latch) {
   const auto add = [this](const char* name, grpc::Service& inner, std::vector<GatedCallback> callbacks = {}) {
     const auto* contract = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
         std::string("hapticd.v1.") + name);
-    gated.push_back(std::make_unique<GatedService>(*contract, inner, *gate, std::move(callbacks)));
+    gated.push_back(std::make_unique<GatedService>(*contract, inner, *gate, threads, std::move(callbacks)));
   };
   add("RigService", rig);
   add("SceneService", scene);
@@ -215,7 +224,6 @@ void GrpcServer::State::add_services(SafetyLatch& latch) {
   add("PresentationService", presentation);
   add("ExperimentService", experiment);
   add("AccessService", access);
-  add("LeaseService", lease);
   add("RecordingService", recording);
   add("EventService", event);
   std::vector<GatedCallback> callbacks;
@@ -244,6 +252,13 @@ void GrpcServer::State::add_services(SafetyLatch& latch) {
       *gate, "PoseService", "Subscribe",
       [this](Context* context, const Bytes* request) { return pose.Subscribe(context, request); }));
   add("PoseService", pose, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_unary<v1::RenewLeaseRequest, v1::Lease>(
+      *gate, "LeaseService", "RenewLease",
+      [this](Context* context, const v1::RenewLeaseRequest* request, v1::Lease* response) {
+        return lease.RenewLease(context, request, response);
+      }));
+  add("LeaseService", lease, std::move(callbacks));
   callbacks.clear();
   callbacks.push_back(gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
       *gate, "WatchdogService", "CheckIn",
@@ -323,14 +338,14 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   builder.AddChannelArgument(GRPC_ARG_TCP_READ_CHUNK_SIZE, kMaxRead);
   builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kMaxRead);
   grpc::ResourceQuota quota("hapticd");
-  quota.SetMaxThreads(kMaxThreads);
+  quota.SetMaxThreads(ThreadPlaces::kMaxThreads);
   quota.Resize(kMaxNetworkMemory);
   builder.SetResourceQuota(quota);
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
-  interceptors.push_back(std::make_unique<CrashStackForCallers>());
+  interceptors.push_back(std::make_unique<CallInterceptors>(state->connections, state->threads));
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   using Connections = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
   state->acceptor = builder.experimental().AddExternalConnectionAcceptor(Connections::FROM_FD,

@@ -134,6 +134,21 @@ int Http2Flood::open_unfinished(const std::string& method, int calls, int bytes)
   return calls;
 }
 
+int Http2Flood::open_unread(const std::string& method, int calls, const std::string& request,
+                            bool is_finished) {
+  send_all(frame(4, 0, 0, std::string("\0\x04\0\0\0\0", 6)));  // SETTINGS_INITIAL_WINDOW_SIZE: 0
+  const std::string headers = headers_of(method);
+  const std::string message = std::string(4, '\0') + text(request);
+  for (int opened = 0; opened < calls; ++opened) {
+    const unsigned stream = next_stream_;
+    next_stream_ += 2;
+    if (!send_all(frame(1, 0x4, stream, headers) + frame(0, is_finished ? 0x1 : 0, stream, message)))
+      return opened;
+    discard_what_came();
+  }
+  return calls;
+}
+
 bool Http2Flood::is_closed() {
   discard_what_came();
   return is_closed_;

@@ -24,6 +24,10 @@ class Http2Flood {
   long send_endless_header(long bytes);
   /// Opens so many calls and leaves their requests of `bytes` each without an end. Returns how many.
   int open_unfinished(const std::string& method, int calls, int bytes);
+  /// Makes so many calls and lets no byte of their answers come: their windows are 0. `request`: a message.
+  /// `is_finished`: no other request follows. Returns how many.
+  int open_unread(const std::string& method, int calls, const std::string& request = {},
+                  bool is_finished = true);
   /// The service has closed the connection.
   bool is_closed();
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/status.h"
 
@@ -14,10 +16,13 @@ grpc::Status CountedCall::refusal(const char* what, const char* where) const {
 }
 
 PlacedCall::PlacedCall(SharedPlaces& places)
-    : places_(places), identity_(served_call() == nullptr ? std::string() : served_call()->who.name) {
+    : PlacedCall(places, served_call() == nullptr ? std::string() : served_call()->who.name) {}
+
+PlacedCall::PlacedCall(SharedPlaces& places, std::string identity)
+    : places_(places), identity_(std::move(identity)) {
   const MutexLock lock(places_.mutex_);
   int& own = places_.by_identity_[identity_];
-  admitted_ = places_.taken_ < places_.max_ && own < places_.max_for_one();
+  admitted_ = places_.taken_ < places_.max_ && own < places_.max_for_one_;
   if (!admitted_) {
     if (own == 0) places_.by_identity_.erase(identity_);
     return;
@@ -36,7 +41,7 @@ PlacedCall::~PlacedCall() {
 grpc::Status PlacedCall::refusal(const char* what, const char* where) const {
   return to_status({RefusalKind::kResourceExhausted,
                     {fmt::format("too many {} at once", what), where, "",
-                     fmt::format("up to {}, and {} of one client", places_.max_, places_.max_for_one()),
+                     fmt::format("up to {}, and {} of one client", places_.max_, places_.max_for_one_),
                      "wait for one to end"}});
 }
 

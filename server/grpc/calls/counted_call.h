@@ -33,26 +33,29 @@ class CountedCall {
   bool admitted_;
 };
 
-/// Places for long calls of one kind, e.g. watchers. One identity may have half of them, so that it does not
-/// keep the others out. Any thread.
+/// Places for calls of one kind, e.g. watchers. One identity may have half of them, or `max_for_one`, so that
+/// it does not keep the others out. Any thread.
 class SharedPlaces {
  public:
-  explicit SharedPlaces(int max) : max_(max) {}
-  int max_for_one() const noexcept { return max_ / 2; }
+  explicit SharedPlaces(int max) : SharedPlaces(max, max / 2) {}
+  SharedPlaces(int max, int max_for_one) : max_(max), max_for_one_(max_for_one) {}
+  int max_for_one() const noexcept { return max_for_one_; }
 
  private:
   friend class PlacedCall;
   const int max_;
+  const int max_for_one_;
   Mutex mutex_;
   int taken_ GUARDED_BY(mutex_) = 0;
   std::map<std::string, int> by_identity_ GUARDED_BY(mutex_);
 };
 
-/// A call in one of them, that of the identity whose call this thread serves; for as long as this object
-/// lives.
+/// A call in one of them, for as long as this object lives. Of `identity`, or of the one whose call this
+/// thread serves.
 class PlacedCall {
  public:
   explicit PlacedCall(SharedPlaces& places);
+  PlacedCall(SharedPlaces& places, std::string identity);
   ~PlacedCall();
   PlacedCall(const PlacedCall&) = delete;
   PlacedCall& operator=(const PlacedCall&) = delete;

@@ -16,6 +16,7 @@
 #include "proto/text/utf8_text.h"
 #include "server/grpc/calls/served_call.h"
 #include "server/grpc/gate/access_gate.h"
+#include "server/grpc/gate/thread_places.h"
 #include "server/grpc/messages/status.h"
 
 namespace hapticd::server {
@@ -54,6 +55,10 @@ std::string as_text(const google::protobuf::Descriptor& type, const std::string&
   return text::printable(written);  // a long text may have been cut within a character
 }
 
+void drop(grpc_byte_buffer* request) {
+  if (request != nullptr) grpc_byte_buffer_destroy(request);
+}
+
 /// Answers with a status, whatever kind of call it is.
 void refuse(const MethodHandler::HandlerParameter& call, const grpc::Status& status) {
   static grpc::internal::RpcMethodHandler<grpc::Service, grpc::ByteBuffer, grpc::ByteBuffer> refusing(
@@ -65,8 +70,10 @@ void refuse(const MethodHandler::HandlerParameter& call, const grpc::Status& sta
 /// here its bytes go through as they are, and are read once the call was let in.
 class GatedHandler final : public MethodHandler {
  public:
-  GatedHandler(const AccessGate& gate, MethodHandler& inner, const google::protobuf::MethodDescriptor& method)
+  GatedHandler(const AccessGate& gate, ThreadPlaces& threads, MethodHandler& inner,
+               const google::protobuf::MethodDescriptor& method)
       : gate_(gate),
+        threads_(threads),
         inner_(inner),
         method_(method),
         row_(find_access_row(method.service()->name() + "/" + method.name())) {}
@@ -80,10 +87,12 @@ class GatedHandler final : public MethodHandler {
     auto* bytes = static_cast<grpc_byte_buffer*>(call.request);
     ServedCall served;
     const auto refusal = gate_.admit(row_, *call.server_context, served);
+    const PlacedCall place(threads_.calls, served.who.name);
+    if (!place.admitted()) return refuse_without_place(call, served, bytes, place);
     const bool has_line = row_ == nullptr || row_->is_audited || refusal;
     const auto shown = has_line ? copy_of(bytes) : std::nullopt;
     if (refusal) {
-      if (bytes != nullptr) grpc_byte_buffer_destroy(bytes);
+      drop(bytes);
       served.status = to_status(*refusal);
       refuse(call, served.status);
     } else {
@@ -100,7 +109,17 @@ class GatedHandler final : public MethodHandler {
   }
 
  private:
+  /// The thread must not wait here for a client that reads no answer.
+  void refuse_without_place(const HandlerParameter& call, ServedCall& served, grpc_byte_buffer* request,
+                            const PlacedCall& place) const {
+    drop(request);
+    served.status = end_without_place(call.call->call(), place, method_.name().c_str());
+    refuse(call, served.status);
+    served.note_end();
+  }
+
   const AccessGate& gate_;
+  ThreadPlaces& threads_;
   MethodHandler& inner_;
   const google::protobuf::MethodDescriptor& method_;
   const AccessRow* const row_;
@@ -121,7 +140,8 @@ struct Handlers : grpc::Service {
 }  // namespace
 
 GatedService::GatedService(const google::protobuf::ServiceDescriptor& contract, grpc::Service& inner,
-                           const AccessGate& gate, std::vector<GatedCallback> callbacks) {
+                           const AccessGate& gate, ThreadPlaces& threads,
+                           std::vector<GatedCallback> callbacks) {
   names_.reserve(static_cast<std::size_t>(contract.method_count()));
   for (int i = 0; i < contract.method_count(); ++i) {
     const auto& method = *contract.method(i);
@@ -129,8 +149,9 @@ GatedService::GatedService(const google::protobuf::ServiceDescriptor& contract, 
     const auto given = std::find_if(callbacks.begin(), callbacks.end(),
                                     [&](const GatedCallback& one) { return one.method == method.name(); });
     MethodHandler* inner_handler = (inner.*&Handlers::GetHandler)(i);
-    auto handler = given == callbacks.end() ? std::make_unique<GatedHandler>(gate, *inner_handler, method)
-                                            : std::unique_ptr<MethodHandler>();
+    auto handler = given == callbacks.end()
+                       ? std::make_unique<GatedHandler>(gate, threads, *inner_handler, method)
+                       : std::unique_ptr<MethodHandler>();
     // gRPC hands on a call whose requests are a stream before the first one is there.
     const bool at_headers = given != callbacks.end() && given->at_headers;
     AddMethod(new grpc::internal::RpcServiceMethod(names_.back().c_str(),

@@ -14,6 +14,7 @@ class ServiceDescriptor;
 namespace hapticd::server {
 
 class AccessGate;
+struct ThreadPlaces;
 
 /// A handler that was made for a gate already; see gated_callback.h.
 struct GatedCallback {
@@ -27,9 +28,9 @@ struct GatedCallback {
 /// `inner`, which is not registered itself. Methods of the callback interface come as `callbacks`.
 class GatedService final : public grpc::Service {
  public:
-  /// `inner` and `gate` must outlive it.
+  /// `inner`, `gate` and `threads` must outlive it.
   GatedService(const google::protobuf::ServiceDescriptor& contract, grpc::Service& inner,
-               const AccessGate& gate, std::vector<GatedCallback> callbacks = {});
+               const AccessGate& gate, ThreadPlaces& threads, std::vector<GatedCallback> callbacks = {});
 
  private:
   std::vector<std::string> names_;  ///< of the methods; gRPC keeps pointers

@@ -75,12 +75,16 @@ grpc::Status LeaseService::TakeLease(grpc::ServerContext* context, const v1::Tak
   return grpc::Status::OK;
 }
 
-grpc::Status LeaseService::RenewLease(grpc::ServerContext*, const v1::RenewLeaseRequest*,
-                                      v1::Lease* response) {
-  const auto lease = desk_.renew(served_call()->who, served_call()->token);
-  if (!lease) return to_status(lease.refusal());
-  fill(*lease, *response);
-  return grpc::Status::OK;
+grpc::ServerUnaryReactor* LeaseService::RenewLease(grpc::CallbackServerContext* context,
+                                                   const v1::RenewLeaseRequest*, v1::Lease* response) {
+  ServedCall& call = *served_call();
+  const auto lease = desk_.renew(call.who, call.token);
+  if (lease) fill(*lease, *response);
+  const grpc::Status status = lease ? grpc::Status::OK : to_status(lease.refusal());
+  call.note_end(status, std::nullopt);
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(status);
+  return reactor;
 }
 
 grpc::Status LeaseService::ReturnLease(grpc::ServerContext*, const v1::ReturnLeaseRequest*,

@@ -9,7 +9,9 @@ namespace hapticd::server {
 
 class LeaseDesk;
 
-class LeaseService final : public v1::LeaseService::Service {
+/// RenewLease uses the callback interface: it needs no thread of the pool, which other calls may have used
+/// up.
+class LeaseService final : public v1::LeaseService::WithCallbackMethod_RenewLease<v1::LeaseService::Service> {
  public:
   /// Streams at once; more are refused, since each holds one of the server's threads. The same for takes that
   /// wait.
@@ -22,8 +24,8 @@ class LeaseService final : public v1::LeaseService::Service {
                             v1::LeaseGrant* response) override;
   grpc::Status TakeLease(grpc::ServerContext* context, const v1::TakeLeaseRequest* request,
                          v1::LeaseGrant* response) override;
-  grpc::Status RenewLease(grpc::ServerContext* context, const v1::RenewLeaseRequest* request,
-                          v1::Lease* response) override;
+  grpc::ServerUnaryReactor* RenewLease(grpc::CallbackServerContext* context,
+                                       const v1::RenewLeaseRequest* request, v1::Lease* response) override;
   grpc::Status ReturnLease(grpc::ServerContext* context, const v1::ReturnLeaseRequest* request,
                            v1::ReturnLeaseResponse* response) override;
   grpc::Status GetLease(grpc::ServerContext* context, const v1::GetLeaseRequest* request,

@@ -14,9 +14,11 @@
 #include <memory>
 #include <thread>
 
+#include "hapticd/v1/access.grpc.pb.h"
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/eventually.h"
 #include "tests/support/http2_flood.h"
 #include "tests/support/process_memory.h"
 #include "tests/support/sanitizer.h"
@@ -288,6 +290,51 @@ TEST(Flood, OfUnfinishedRequestsTakesABoundedMemory) {
   });
   EXPECT_LT(daemon.grown_mb(), kMaxGrowthMb);
   daemon.expect_all_is_well_afterwards();
+}
+
+// Each held a thread: a renewal of a lease found none, and after 5 s its holder had lost it.
+TEST(Flood, OfUnreadAnswersLeavesThreadsToOthers) {
+  const TemporaryFolder folder;
+  DaemonProcess daemon({"--listen", "127.0.0.1:0", "--scene", "tap_1d", "--unix", folder.path("sock")});
+  const std::string address = daemon.await_address();
+  const ServiceClient client(connect(address));
+  const auto lease = v1::LeaseService::NewStub(client.channel);
+  v1::LeaseGrant grant;
+  ASSERT_TRUE(lease->AcquireLease(call_context().get(), {}, &grant).ok());
+  std::vector<std::unique_ptr<Http2Flood>> held;
+  for (int i = 0; i < 3; ++i) {
+    held.push_back(std::make_unique<Http2Flood>(address));
+    held.back()->open_unread("/hapticd.v1.AccessService/GetAccess", 90);
+    held.push_back(std::make_unique<Http2Flood>(address));
+    held.back()->open_unread("/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", 90,
+                             "\x3a\x01*", false);
+  }
+  // The flood has come when its own identity is refused.
+  v1::Access me;
+  const auto access = v1::AccessService::NewStub(client.channel);
+  grpc::Status own;
+  EXPECT_TRUE(eventually([&] {
+    own = access->GetAccess(call_context().get(), {}, &me);
+    return !own.ok();
+  }));
+  EXPECT_EQ(own.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_NE(own.error_message().find("too many calls without an answer"), std::string::npos)
+      << own.error_message();
+
+  const auto renewal = call_context();
+  renewal->AddMetadata("hapticd-lease", grant.token());
+  v1::Lease renewed;
+  const grpc::Status renews = lease->RenewLease(renewal.get(), {}, &renewed);
+  EXPECT_TRUE(renews.ok()) << renews.error_message();
+  // A console may call for others.
+  const auto other = v1::RigService::NewStub(connect("unix:" + folder.path("sock")));
+  const auto on_behalf = call_context();
+  on_behalf->AddMetadata("hapticd-on-behalf-of", "user:nobody");
+  v1::RigState state;
+  const grpc::Status reads = other->GetRigState(on_behalf.get(), {}, &state);
+  EXPECT_TRUE(reads.ok()) << reads.error_message();
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.errors();
 }
 
 TEST(Flood, AProcessMayHaveAsManyConnectionsAsTheSystemAllows) {

@@ -85,6 +85,20 @@ void unfinished_requests(const Victim& victim, const std::string& transport, Att
   });
 }
 
+/// Answers that no one reads, and streams of reflection without an end: each held one of the service's
+/// threads.
+void unread_answers(const Victim& victim, const std::string& transport, AttackState& state) {
+  in_threads(4, state, [&] {
+    test::Http2Flood calls(victim.address(transport), victim.certificates());
+    state.inputs += calls.open_unread("/hapticd.v1.AccessService/GetAccess", 90);
+    test::Http2Flood streams(victim.address(transport), victim.certificates());
+    state.inputs += streams.open_unread("/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", 90,
+                                        "\x3a\x01*", false);
+    state.under_way = true;
+    while (!state.done && !calls.is_closed() && !streams.is_closed()) std::this_thread::sleep_for(kLook);
+  });
+}
+
 /// Connections that say nothing; those that are closed are opened again.
 auto idle_connections(int count) {
   return [count](const Victim& victim, const std::string& transport, AttackState& state) {
@@ -213,6 +227,7 @@ std::vector<Attack> attacks(double scale) {
           {"endless_headers_10", endless_headers(10)},
           {"resets", resets},
           {"unfinished_requests", unfinished_requests},
+          {"unread_answers", unread_answers},
           {"idle_connections_4000", idle_connections(4000)},
           {"full_descriptors", idle_connections(400), 256},
           {"waiting_calls_64", waiting_calls},
