@@ -207,7 +207,9 @@ ConnectionListener::Endpoints endpoints_of(const DaemonConfig& config) {
 void GrpcServer::State::add_services(SafetyLatch& latch) {
   using Context = grpc::CallbackServerContext;
   using Bytes = grpc::ByteBuffer;
-  const auto add = [this](const char* name, grpc::Service& inner, std::vector<GatedCallback> callbacks = {}) {
+  const auto add = [this](const char* name, grpc::Service& inner, auto... callback) {
+    std::vector<GatedCallback> callbacks;
+    (callbacks.push_back(std::move(callback)), ...);
     const auto* contract = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
         std::string("hapticd.v1.") + name);
     gated.push_back(std::make_unique<GatedService>(*contract, inner, *gate, threads, std::move(callbacks)));
@@ -226,53 +228,47 @@ void GrpcServer::State::add_services(SafetyLatch& latch) {
   add("AccessService", access);
   add("RecordingService", recording);
   add("EventService", event);
-  std::vector<GatedCallback> callbacks;
-  callbacks.push_back(gated_at_headers(
-      *gate, "SafetyService", "Stop",
-      [this](const Context& context, const Bytes* request, Bytes& response) {
-        return safety.stop(context, request, response);
-      },
-      // Before anything that could wait: no lock, no lease, no quota.
-      [&latch](const Context& context) {
-        if (!ConnectionTable::is_denied(context.peer())) latch.stop();
+  add("SafetyService", safety,
+      gated_at_headers(
+          *gate, "SafetyService", "Stop",
+          [this](const Context& context, const Bytes* request, Bytes& response) {
+            return safety.stop(context, request, response);
+          },
+          // Before anything that could wait: no lock, no lease, no quota.
+          [&latch](const Context& context) {
+            if (!ConnectionTable::is_denied(context.peer())) latch.stop();
+          }),
+      gated_unary<v1::ClearRequest, v1::ClearResponse>(
+          *gate, "SafetyService", "Clear",
+          [this](Context* context, const v1::ClearRequest* request, v1::ClearResponse* response) {
+            return safety.Clear(context, request, response);
+          }));
+  add("TelemetryService", telemetry,
+      gated_stream(*gate, "TelemetryService", "Subscribe", [this](Context* context, const Bytes* request) {
+        return telemetry.Subscribe(context, request);
       }));
-  callbacks.push_back(gated_unary<v1::ClearRequest, v1::ClearResponse>(
-      *gate, "SafetyService", "Clear",
-      [this](Context* context, const v1::ClearRequest* request, v1::ClearResponse* response) {
-        return safety.Clear(context, request, response);
+  add("PoseService", pose,
+      gated_stream(*gate, "PoseService", "Subscribe", [this](Context* context, const Bytes* request) {
+        return pose.Subscribe(context, request);
       }));
-  add("SafetyService", safety, std::move(callbacks));
-  callbacks.clear();
-  callbacks.push_back(gated_stream(
-      *gate, "TelemetryService", "Subscribe",
-      [this](Context* context, const Bytes* request) { return telemetry.Subscribe(context, request); }));
-  add("TelemetryService", telemetry, std::move(callbacks));
-  callbacks.clear();
-  callbacks.push_back(gated_stream(
-      *gate, "PoseService", "Subscribe",
-      [this](Context* context, const Bytes* request) { return pose.Subscribe(context, request); }));
-  add("PoseService", pose, std::move(callbacks));
-  callbacks.clear();
-  callbacks.push_back(gated_unary<v1::RenewLeaseRequest, v1::Lease>(
-      *gate, "LeaseService", "RenewLease",
-      [this](Context* context, const v1::RenewLeaseRequest* request, v1::Lease* response) {
-        return lease.RenewLease(context, request, response);
-      }));
-  add("LeaseService", lease, std::move(callbacks));
-  callbacks.clear();
-  callbacks.push_back(gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
-      *gate, "WatchdogService", "CheckIn",
-      [this](Context* context, const v1::CheckInRequest* request, v1::CheckInResponse* response) {
-        return watchdog.CheckIn(context, request, response);
-      }));
-  add("WatchdogService", watchdog, std::move(callbacks));
-  callbacks.clear();
-  callbacks.push_back(gated_unary<v1::ExchangeRequest, v1::ExchangeResponse>(
-      *gate, "ClockService", "Exchange",
-      [this](Context* context, const v1::ExchangeRequest* request, v1::ExchangeResponse* response) {
-        return clock.Exchange(context, request, response);
-      }));
-  add("ClockService", clock, std::move(callbacks));
+  add("LeaseService", lease,
+      gated_unary<v1::RenewLeaseRequest, v1::Lease>(
+          *gate, "LeaseService", "RenewLease",
+          [this](Context* context, const v1::RenewLeaseRequest* request, v1::Lease* response) {
+            return lease.RenewLease(context, request, response);
+          }));
+  add("WatchdogService", watchdog,
+      gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
+          *gate, "WatchdogService", "CheckIn",
+          [this](Context* context, const v1::CheckInRequest* request, v1::CheckInResponse* response) {
+            return watchdog.CheckIn(context, request, response);
+          }));
+  add("ClockService", clock,
+      gated_unary<v1::ExchangeRequest, v1::ExchangeResponse>(
+          *gate, "ClockService", "Exchange",
+          [this](Context* context, const v1::ExchangeRequest* request, v1::ExchangeResponse* response) {
+            return clock.Exchange(context, request, response);
+          }));
 }
 
 void GrpcServer::State::start_relays(std::unique_ptr<TlsServer> tls, const RolePolicy& policy) {

@@ -85,7 +85,7 @@ void unfinished_requests(const Victim& victim, const std::string& transport, Att
   });
 }
 
-/// Answers that no one reads, and streams of reflection without an end: each held one of the service's
+/// Answers that stay unread, and streams of reflection without an end: each held one of the service's
 /// threads.
 void unread_answers(const Victim& victim, const std::string& transport, AttackState& state) {
   in_threads(4, state, [&] {
