@@ -180,7 +180,8 @@ PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample) noexcept {
   displacement_mm_ = desired.displacement_mm;
   desired_n_ = fade_.update(in_contact, desired.force_n, now.interval);
   if (back_drive_.is_on()) {
-    back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority() * compensation_share(target);
+    const double allowed = contact_.authority() * compensation_share(target);
+    back_drive_n_ = back_drive_.update(now.step_mm) * back_drive_.share(allowed, now.interval.s);
   }
   command_n_ = end_.update(in_contact, controller_.update(desired_n_) + back_drive_n_, now.interval);
   return {axis_.device_force_n(command_n_), in_contact, std::abs(desired_n_) >= kTraceN,

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "hal/sim/object/object_model.h"
 #include "rt/guard/fault_table.h"
 #include "rt/signal/vector.h"
 #include "tests/measure/study/common/virtual_run.h"
@@ -55,12 +57,10 @@ std::vector<std::pair<std::string, double>> conditions_and_speeds() {
   return all;
 }
 
-}  // namespace
-
-OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s) {
-  rt::SceneSpec scene = trial.scene;
-  scene.target = rt::linear_target(trial.target_n_per_mm);
-  VirtualRun run(trial.rig, scene, true, trial.model ? &*trial.model : nullptr);
+/// Lets the hand meet the surface; `look(run, since_s)` sees each tick in which the object is pressed, and
+/// ends the press with false.
+template <class Look>
+void press_at(VirtualRun& run, double speed_mm_per_s, Look look) {
   // Down and up in free air first, as a hand does: a zero is known by that.
   run.set_hand(moving_to(2.0 * kDeepMm, 0.0));
   while (run.time_s() < 0.5 * kWaitsS) run.step();
@@ -68,48 +68,85 @@ OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s) {
   while (run.time_s() < kWaitsS) run.step();
   const double travel_s = 1.875 * 2.0 * kDeepMm / speed_mm_per_s;
   run.set_hand(moving_to(-kDeepMm, travel_s));
-
-  OnsetOutcome outcome;
-  std::vector<LoadingPoint> pressed;
   const double began_s = run.time_s();
-  bool is_felt = false;
-  double object_slope = 0.0;
-  double last_mm = 0.0;
   while (run.time_s() < began_s + travel_s) {
     run.step();
-    const hal::TruthSample& truth = run.truth();
-    if (run.record().guard_state == rt::GuardState::kLatched) {
-      outcome.failed = "the guard latched: " + std::string(rt::rule_of(run.record().guard_fault).name);
-      return outcome;
+    if (run.truth().displacement_mm > 0.0 && !look(run, run.time_s() - began_s)) return;
+  }
+}
+
+LoadingPoint felt_now(const VirtualRun& run, double since_s) {
+  const hal::TruthSample& truth = run.truth();
+  return {since_s, truth.displacement_mm, -dot(truth.hand_force_n, truth.outward_normal), 0.0};
+}
+
+/// Keeps the points of a slope: each deeper than the one before, in the first half of the press.
+void keep_deeper(std::vector<LoadingPoint>& points, const LoadingPoint& now) {
+  if (now.displacement_mm < 0.5 * kDeepMm &&
+      (points.empty() || now.displacement_mm > points.back().displacement_mm)) {
+    points.push_back(now);
+  }
+}
+
+}  // namespace
+
+double slope_ratio_of_real(const LoadingTrial& trial, double speed_mm_per_s) {
+  sim::SimulationConfig rig = trial.rig;
+  sim::ObjectModel object = sim::object_preset("sponge_block").value();
+  object.material = {};
+  object.material.stiffness_at_4n_n_per_mm = trial.target_n_per_mm;
+  rig.object = "sponge_block";
+  rig.custom_object = object;
+  rig.plant = "separable";
+  VirtualRun run(rig, tap_loading(rig.device, rig.object, trial.target_n_per_mm).scene, false);
+  std::vector<LoadingPoint> points;
+  press_at(run, speed_mm_per_s, [&](const VirtualRun& now, double since_s) {
+    keep_deeper(points, felt_now(now, since_s));
+    return true;
+  });
+  return steepest(points) / trial.target_n_per_mm;
+}
+
+OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s) {
+  rt::SceneSpec scene = trial.scene;
+  scene.target = rt::linear_target(trial.target_n_per_mm);
+  VirtualRun run(trial.rig, scene, true, trial.model ? &*trial.model : nullptr);
+  OnsetOutcome outcome;
+  std::vector<LoadingPoint> points;
+  bool is_felt = false;
+  double object_slope = 0.0;
+  press_at(run, speed_mm_per_s, [&](const VirtualRun& seen, double since_s) {
+    if (seen.record().guard_state == rt::GuardState::kLatched) {
+      outcome.failed = "the guard latched: " + std::string(rt::rule_of(seen.record().guard_fault).name);
+      return false;
     }
-    const double reaction_n = truth.normal_force_n;
-    if (!(truth.displacement_mm > 0.0)) continue;
-    const LoadingPoint now{run.time_s() - began_s, truth.displacement_mm,
-                           -dot(truth.hand_force_n, truth.outward_normal), 0.0};
-    if (!is_felt && rt::norm(run.record().device_command_n) > kFeltN) {
+    const hal::TruthSample& truth = seen.truth();
+    if (!is_felt && rt::norm(seen.record().device_command_n) > kFeltN) {
       is_felt = true;
-      outcome.force_n = reaction_n;
+      outcome.force_n = truth.normal_force_n;
       outcome.depth_mm = truth.displacement_mm;
     }
-    if (now.displacement_mm <= last_mm) continue;
-    last_mm = now.displacement_mm;
-    if (now.displacement_mm < kFirstMm) {
+    const LoadingPoint now = felt_now(seen, since_s);
+    const std::size_t before = points.size();
+    keep_deeper(points, now);
+    if (points.size() > before && now.displacement_mm < kFirstMm) {
       outcome.first.push_back(now);
-      object_slope = std::max(object_slope, reaction_n / std::max(now.displacement_mm, kOverMm));
+      object_slope = std::max(object_slope, truth.normal_force_n / std::max(now.displacement_mm, kOverMm));
     }
-    if (now.displacement_mm < 0.5 * kDeepMm) pressed.push_back(now);
-  }
+    return true;
+  });
+  if (!outcome.failed.empty()) return outcome;
   if (!is_felt) {
     outcome.failed = "nothing was rendered";
     return outcome;
   }
-  outcome.slope_ratio = steepest(pressed) / std::max(trial.target_n_per_mm, object_slope);
+  outcome.slope_ratio = steepest(points) / std::max(trial.target_n_per_mm, object_slope);
   return outcome;
 }
 
 void run_onset(StudyContext& context) {
   report::MarkdownTable table({"device", "object", "dims", "target N/mm", "conditions", "mm/s",
-                               "first force at N", "at mm", "steepest slope / target's"});
+                               "first force at N", "at mm", "steepest slope / target's", "real object's"});
   report::SvgPlot plot;
   plot.title = "A press with 20 mm/s, PHANToM 1.0, one dimension";
   plot.x = {"displacement", "mm"};
@@ -119,7 +156,8 @@ void run_onset(StudyContext& context) {
       LoadingTrial trial = c.trial(10.0);
       trial.rig.conditions = conditions;
       const OnsetOutcome outcome = meet(trial, speed);
-      const auto add = [&](const char* name, double value, double goal) {
+      const double real_ratio = slope_ratio_of_real(trial, speed);
+      const auto add = [&](const char* name, double value, std::optional<double> goal) {
         report::Figure figure{name,
                               {{"device", c.device},
                                {"object", c.object},
@@ -139,10 +177,12 @@ void run_onset(StudyContext& context) {
       };
       add("onset_force_n", outcome.force_n, 0.10);
       add("onset_depth_mm", outcome.depth_mm, c.object.starts_with("sponge") ? 0.6 : 0.4);
-      add("onset_slope_ratio", outcome.slope_ratio, 1.3);
+      add("onset_slope_ratio", outcome.slope_ratio, 1.3 * real_ratio);
+      add("onset_slope_of_real", real_ratio, std::nullopt);
+      add("onset_slope_over_real", outcome.slope_ratio / real_ratio, 1.3);
       table.add_row({c.device, c.object, fixed(c.dims, 0), fixed(c.target_n_per_mm, 1), conditions,
                      fixed(speed, 0), outcome.failed.empty() ? fixed(outcome.force_n, 3) : outcome.failed,
-                     fixed(outcome.depth_mm, 2), fixed(outcome.slope_ratio, 2)});
+                     fixed(outcome.depth_mm, 2), fixed(outcome.slope_ratio, 2), fixed(real_ratio, 2)});
       if (c.device != "phantom_1_0" || c.dims != 1 || speed != 20.0 || conditions != "clean") continue;
       report::PlotSeries series{c.object + ", " + fixed(c.target_n_per_mm, 1) + " N/mm"};
       for (const LoadingPoint& point : outcome.first) series.add(point.displacement_mm, point.hand_force_n);
@@ -154,9 +194,11 @@ void run_onset(StudyContext& context) {
       "The hand comes from free air and meets the surface at its highest speed. First force: true reaction "
       "and "
       "true displacement when the device gives more than 2 mN. Slope: the steepest of the hand's force over "
-      "0.3 mm within the first 3 mm, over the target's slope, or over the object's where that is stiffer: "
-      "below the "
-      "first force the hand feels the object.");
+      "0.3 mm within the first 3 mm, over the target's, or over the object's if that is stiffer: below the "
+      "first "
+      "force the hand feels the object. Real object's: what the same hand feels of a real, linear object of "
+      "the "
+      "target's stiffness, with the motors off: the device's mass and friction are in both.");
   context.report.add_plot("onset", plot);
 }
 

@@ -10,16 +10,19 @@ struct OnsetOutcome {
   std::string failed;     ///< why there is no figure; empty = there is
   double force_n = 0.0;   ///< true reaction of the object when the device gives its first force
   double depth_mm = 0.0;  ///< true displacement then
-  double slope_ratio =
-      0.0;  ///< steepest slope of the hand's force over 0.3 mm, over the target's or the object's
+  /// Steepest slope of the hand's force over 0.3 mm, over the target's, or over the object's if that is
+  /// stiffer.
+  double slope_ratio = 0.0;
   std::vector<LoadingPoint> first;  ///< the first two millimetres
 };
 
 /// The hand comes from the air along a minimum-jerk course that meets the surface with `speed_mm_per_s`, its
-/// highest speed, and goes on as deep as it came. Force and displacement are the simulation's truth; the
-/// hand's own acceleration does not belong to the slope: it is taken over where the hand moves with half of
-/// its speed at least.
+/// highest speed, and goes on as deep as it came. Force and displacement are the simulation's truth.
 OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s);
+
+/// The slope ratio of the same hand that meets a real object of the target's stiffness, elastic and linear,
+/// with the same device, whose motors give nothing: the device's own mass and friction are in every slope.
+double slope_ratio_of_real(const LoadingTrial& trial, double speed_mm_per_s);
 
 /// Force, depth and slope with which contacts begin to be felt, on all objects, devices and speeds.
 void run_onset(StudyContext& context);
