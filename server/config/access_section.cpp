@@ -1,9 +1,7 @@
 #include "server/config/access_section.h"
 
-#include <fmt/format.h>
-
 #include "server/config/config_words.h"
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -22,27 +20,27 @@ void read_roles(TomlTable table, std::map<std::string, Role>& roles) {
   }
 }
 
-std::string write_roles(std::string_view name, const std::map<std::string, Role>& roles) {
-  std::string text = fmt::format("\n[access.{}]\n", name);
-  for (const auto& [key, role] : roles) {
-    text += fmt::format("{} = {}\n", toml_quoted(key), toml_quoted(text_of(role, kRoleWords)));
-  }
-  return text;
+void write_roles(TomlWriter table, const std::map<std::string, Role>& roles) {
+  for (const auto& [name, role] : roles) table.field(toml_quoted(name), role, kRoleWords);
+}
+
+void access_fields(auto& table, auto& access) {
+  table.field("lease", access.lease, kLeaseWords);
+  table.field("take_notice_s", access.take_notice_s, kNoticeS);
+  table.field("local_role", access.local_role, kRoleWords);
+  table.field("lab", access.lab, 200);
+  table.field("unix_socket_group", access.unix_socket_group, 64);
+  table.field("max_calls", access.max_calls, kCalls);
+  table.field("max_calls_per_s", access.max_calls_per_s, kCallsPerS);
+  table.field("audit_file", access.audit_file, 4096);
+  table.field("audit_file_mb", access.audit_file_mb, kFileMb);
+  table.field("audit_journal", access.audit_journal);
 }
 
 }  // namespace
 
 void read_access(TomlTable table, AccessConfig& access) {
-  table.read("lease", access.lease, kLeaseWords);
-  table.read("take_notice_s", access.take_notice_s, kNoticeS);
-  table.read("local_role", access.local_role, kRoleWords);
-  table.read("lab", access.lab, 200);
-  table.read("unix_socket_group", access.unix_socket_group, 64);
-  table.read("max_calls", access.max_calls, kCalls);
-  table.read("max_calls_per_s", access.max_calls_per_s, kCallsPerS);
-  table.read("audit_file", access.audit_file, 4096);
-  table.read("audit_file_mb", access.audit_file_mb, kFileMb);
-  table.read("audit_journal", access.audit_journal);
+  access_fields(table, access);
   read_roles(table.table("users"), access.users);
   read_roles(table.table("groups"), access.groups);
   read_roles(table.table("certificates"), access.certificates);
@@ -51,21 +49,15 @@ void read_access(TomlTable table, AccessConfig& access) {
 }
 
 std::string write_access(const AccessConfig& access) {
-  std::string text = fmt::format(
-      "\n[access]\nlease = {}\ntake_notice_s = {}\nlocal_role = {}\nlab = {}\nunix_socket_group = "
-      "{}\nmax_calls = {}\n"
-      "max_calls_per_s = {}\naudit_file = {}\naudit_file_mb = {}\naudit_journal = {}\n",
-      toml_quoted(text_of(access.lease, kLeaseWords)), toml_number(access.take_notice_s),
-      toml_quoted(text_of(access.local_role, kRoleWords)), toml_quoted(access.lab),
-      toml_quoted(access.unix_socket_group), toml_number(access.max_calls),
-      toml_number(access.max_calls_per_s), toml_quoted(access.audit_file), toml_number(access.audit_file_mb),
-      access.audit_journal);
-  text += write_roles("users", access.users) + write_roles("groups", access.groups) +
-          write_roles("certificates", access.certificates) + "\n[access.denied]\n";
-  for (const auto& [identity, why] : access.denied) {
-    text += fmt::format("{} = {}\n", toml_quoted(identity), toml_quoted(why));
-  }
-  return text;
+  return toml_fields([&](TomlWriter& root) {
+    TomlWriter table = root.table("access");
+    access_fields(table, access);
+    write_roles(table.table("users"), access.users);
+    write_roles(table.table("groups"), access.groups);
+    write_roles(table.table("certificates"), access.certificates);
+    TomlWriter denied = table.table("denied");
+    for (const auto& [identity, why] : access.denied) denied.field(toml_quoted(identity), why);
+  });
 }
 
 }  // namespace hapticd::server

@@ -6,41 +6,15 @@
 #include <charconv>
 #include <cstdlib>
 
-#include "server/config/access_section.h"
 #include "server/config/config_words.h"
-#include "server/config/watchdog_section.h"
-#include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
-#include "server/rig_file/netft_section.h"
-#include "server/rig_file/openhaptics_section.h"
-#include "server/rig_file/phantom_section.h"
 #include "server/rig_file/sim_section.h"
-#include "server/rig_file/turntable_section.h"
 #include "server/text/suggestion.h"
 #include "server/text/text_library.h"
-#include "server/text/toml_reader.h"
-#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 
 namespace {
-
-constexpr Range kRateHz{500.0, 10000.0, "Hz"};
-constexpr Range kFifoPriority{0.0, 99.0, ""};
-constexpr Range kCpu{-1.0, 1023.0, ""};
-constexpr Range kWakeEarlyShare{0.0, 0.5, ""};
-constexpr Range kScale{-1e9, 1e9, ""};
-constexpr Range kBiasS{0.0, 3600.0, "s"};
-
-// For [guard]. Zero, if it is allowed, means the device's own.
-constexpr Range kCeilingN{0.0, 100.0, "N"};
-constexpr Range kCeilingNPerS{0.0, 1e6, "N/s"};
-constexpr Range kCeilingW{0.01, 100.0, "W"};
-constexpr Range kCeilingStiffness{0.0, 1000.0, "N/mm"};
-constexpr Range kFloorS{0.0, 60.0, "s"};
-constexpr Range kFallS{0.0, 1.0, "s"};
-constexpr Range kTargetChange{1.0, 1e6, "N/s"};
-constexpr Range kCheckMs{0.1, 1000.0, "ms"};  // never off
 
 template <class E, std::size_t N>
 std::optional<hal::Error> read_word(std::string_view text, E& value, const Word<E> (&words)[N],
@@ -70,46 +44,6 @@ std::optional<hal::Error> read_number(std::string_view text, double& value, cons
   return std::nullopt;
 }
 
-void read_loop(TomlTable table, rt::LoopConfig& loop) {
-  table.read("rate_hz", loop.rate_hz, kRateHz);
-  table.read("fifo_priority", loop.fifo_priority, kFifoPriority);
-  table.read("cpu", loop.cpu, kCpu);
-  table.read("wake_early_share", loop.wake_early_share, kWakeEarlyShare);
-  table.read("lock_memory", loop.lock_memory);
-  table.read("keep_cpu_awake", loop.keep_cpu_awake);
-}
-
-void read_mapping(TomlTable table, replay::ColumnMapping& mapping) {
-  table.read("column", mapping.column, 256);
-  table.read("unit", mapping.unit, 16);
-  table.read("scale", mapping.scale, kScale);
-}
-
-void read_replay(TomlTable table, replay::ReplayConfig& replay) {
-  table.read("path", replay.path, 4096);
-  table.read("speed", replay.as_fast_as_possible, kSpeedWords);
-  table.read("loop", replay.loop);
-  table.read("bias_s", replay.bias_s, kBiasS);
-  table.read("decimal_comma", replay.decimal_comma);
-  read_mapping(table.table("time"), replay.time);
-  read_mapping(table.table("force"), replay.force);
-  read_mapping(table.table("position"), replay.position);
-}
-
-void read_guard(TomlTable table, GuardCeilings& guard) {
-  table.read("max_force_n", guard.max_force_n, kCeilingN);
-  table.read("max_force_rate_n_per_s", guard.max_force_rate_n_per_s, kCeilingNPerS);
-  table.read("max_power_w", guard.max_power_w, kCeilingW);
-  table.read("max_target_stiffness_n_per_mm", guard.max_target_stiffness_n_per_mm, kCeilingStiffness);
-  table.read("max_wall_stiffness_n_per_mm", guard.max_wall_stiffness_n_per_mm, kCeilingStiffness);
-  table.read("min_target_ramp_s", guard.min_target_ramp_s, kFloorS);
-  table.read("max_target_change_n_per_s", guard.max_target_change_n_per_s, kTargetChange);
-  table.read("min_resume_ramp_s", guard.min_resume_ramp_s, kFloorS);
-  table.read("max_fall_ramp_s", guard.max_fall_ramp_s, kFallS);
-  table.read("max_sensor_stale_after_ms", guard.max_sensor_stale_after_ms, kCheckMs);
-  table.read("max_loop_gap_ms", guard.max_loop_gap_ms, kCheckMs);
-}
-
 /// Reads one "key=value" of a replay's query.
 std::optional<hal::Error> apply_query(std::string_view key, std::string_view value,
                                       replay::ReplayConfig& replay, std::string_view where) {
@@ -129,13 +63,13 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
       return std::nullopt;
     }
     if (key == std::string(column.name) + "_scale") {
-      return read_number(value, column.mapping->scale, kScale, fmt::format("'{}'", key), where);
+      return read_number(value, column.mapping->scale, kReplayScale, fmt::format("'{}'", key), where);
     }
     known.insert(known.end(), {std::string(column.name), std::string(column.name) + "_unit",
                                std::string(column.name) + "_scale"});
   }
   if (key == "speed") return read_word(value, replay.as_fast_as_possible, kSpeedWords, "speed", where);
-  if (key == "bias_s") return read_number(value, replay.bias_s, kBiasS, "'bias_s'", where);
+  if (key == "bias_s") return read_number(value, replay.bias_s, kReplayBiasS, "'bias_s'", where);
   if (key == "loop" || key == "decimal_comma") {
     constexpr Word<bool> kFlags[] = {{"true", true}, {"false", false}};
     return read_word(value, key == "loop" ? replay.loop : replay.decimal_comma, kFlags, "flag", where);
@@ -224,71 +158,6 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
 
 }  // namespace
 
-hal::Result<DaemonConfig> read_config(const std::string& path) {
-  auto text = read_text_file(path);
-  if (!text) return text.error();
-  return parse_config(*text, path);
-}
-
-hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source) {
-  auto document = TomlDocument::parse(text, std::move(source));
-  if (!document) return document.error();
-
-  DaemonConfig config;
-  std::string listen = config.listen.text();
-  TomlTable root = document->root();
-  read_loop(root.table("loop"), config.loop);
-  TomlTable network = root.table("network");
-  network.read("listen", listen, 256);
-  network.read("unix_socket", config.unix_socket, 4096);
-  std::string listen_tls;
-  network.read("listen_tls", listen_tls, 256);
-  network.read("certificates", config.certificates, 4096);
-  TomlTable rig = root.table("rig");
-  rig.read("kind", config.rig, kRigWords);
-  read_simulation(rig.table("sim"), config.simulation);
-  read_replay(rig.table("replay"), config.replay);
-  rig.read("device", config.device, kDeviceWords);
-  rig.read("sensor", config.sensor, kSensorWords);
-  rig.read("instrument", config.instrument, kInstrumentWords);
-  read_openhaptics(rig.table("openhaptics"), config.openhaptics);
-  read_phantom(rig.table("phantom"), config.phantom);
-  read_netft(rig.table("netft"), config.netft);
-  read_daq(rig.table("daq"), config.daq);
-  read_board(rig.table("board"), config.board);
-  read_instrument(rig.table("board_instrument"), config.board_instrument);
-  read_turntable(rig.table("turntable"), config.turntable);
-  read_guard(root.table("guard"), config.guard);
-  read_access(root.table("access"), config.access);
-  read_watchdog(root.table("watchdog"), config.watchdog);
-  TomlTable scene = root.table("scene");
-  scene.read("load", config.scene, 256);
-  scene.read("folder", config.scene_folder, 4096);
-  TomlTable models = root.table("models");
-  models.read("folder", config.model_folder, 4096);
-  if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
-  read_recording(root.table("recording"), config.recording);
-  const auto wrong_metrics = read_metrics(root.table("metrics"), document->source(), config.metrics);
-  read_console(root.table("console"), config.console);
-  root.table("log").read("level", config.log_level, kLogWords);
-  if (auto error = document->error()) return *error;
-  if (wrong_metrics) return *wrong_metrics;
-
-  const auto where = [&](const char* key) {
-    return network.has(key) ? fmt::format("{}, line {}", document->source(), network.line_of(key))
-                            : document->source();
-  };
-  auto address = parse_listen_address(listen, where("listen"));
-  if (!address) return address.error();
-  config.listen = *address;
-  if (!listen_tls.empty()) {
-    auto tls = parse_tls_address(listen_tls, where("listen_tls"));
-    if (!tls) return tls.error();
-    config.listen_tls = *tls;
-  }
-  return config;
-}
-
 hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverrides& overrides) {
   if (overrides.rig) {
     if (auto error = apply_rig_text(*overrides.rig, config)) return *error;
@@ -310,7 +179,7 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
   if (overrides.model_folder) config.model_folder = *overrides.model_folder;
   if (overrides.model_store) config.model_store = *overrides.model_store;
   if (overrides.rate_hz) {
-    if (auto error = check(*overrides.rate_hz, kRateHz, "the loop rate", "--rate-hz")) return *error;
+    if (auto error = check(*overrides.rate_hz, kLoopRateHz, "the loop rate", "--rate-hz")) return *error;
     config.loop.rate_hz = *overrides.rate_hz;
   }
   if (overrides.log_level) {

@@ -33,6 +33,11 @@ inline constexpr Word<LeaseRule> kLeaseWords[] = {{"by_connection", LeaseRule::k
                                                   {"required", LeaseRule::kRequired}};
 inline constexpr Word<bool> kSpeedWords[] = {{"recorded", false}, {"fast", true}};
 
+/// Limits of values that the command line sets too.
+inline constexpr Range kLoopRateHz{500.0, 10000.0, "Hz"};
+inline constexpr Range kReplayScale{-1e9, 1e9, ""};
+inline constexpr Range kReplayBiasS{0.0, 3600.0, "s"};
+
 template <class E, std::size_t N>
 std::vector<std::string> texts(const Word<E> (&words)[N]) {
   std::vector<std::string> list;

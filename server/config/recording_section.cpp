@@ -1,9 +1,6 @@
 #include "server/config/recording_section.h"
 
-#include <fmt/format.h>
-
-#include "server/text/range.h"
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -14,26 +11,27 @@ constexpr Range kKeepFreeMb{0.0, 1e8, "MB"};
 constexpr Word<WhenFull> kWhenFullWords[] = {{"stop", WhenFull::kStop},
                                              {"remove_oldest", WhenFull::kRemoveOldest}};
 
+void recording_fields(auto& table, auto& recording) {
+  table.field("folder", recording.folder, 4096);
+  table.field("quota_mb", recording.quota_mb, kQuotaMb);
+  table.field("when_full", recording.when_full, kWhenFullWords);
+  table.field("keep_free_mb", recording.keep_free_mb, kKeepFreeMb);
+  table.field("flight_recorder", recording.flight_recorder);
+  table.field("ring_folder", recording.ring_folder, 4096);
+  table.field("incident_quota_mb", recording.incident_quota_mb, kQuotaMb);
+}
+
 }  // namespace
 
 void read_recording(TomlTable table, RecordingConfig& recording) {
-  table.read("folder", recording.folder, 4096);
-  table.read("quota_mb", recording.quota_mb, kQuotaMb);
-  table.read("when_full", recording.when_full, kWhenFullWords);
-  table.read("keep_free_mb", recording.keep_free_mb, kKeepFreeMb);
-  table.read("flight_recorder", recording.flight_recorder);
-  table.read("ring_folder", recording.ring_folder, 4096);
-  table.read("incident_quota_mb", recording.incident_quota_mb, kQuotaMb);
+  recording_fields(table, recording);
 }
 
 std::string write_recording(const RecordingConfig& recording) {
-  return fmt::format(
-      "\n[recording]\nfolder = {}\nquota_mb = {}\nwhen_full = {}\nkeep_free_mb = {}\nflight_recorder = {}\n"
-      "ring_folder = {}\nincident_quota_mb = {}\n",
-      toml_quoted(recording.folder), toml_number(recording.quota_mb),
-      toml_quoted(text_of(recording.when_full, kWhenFullWords)), toml_number(recording.keep_free_mb),
-      recording.flight_recorder, toml_quoted(recording.ring_folder),
-      toml_number(recording.incident_quota_mb));
+  return toml_fields([&](TomlWriter& root) {
+    TomlWriter table = root.table("recording");
+    recording_fields(table, recording);
+  });
 }
 
 }  // namespace hapticd::server

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/text/toml_text.h"
+#include "server/rig_file/whole_numbers.h"
 
 namespace hapticd::server {
 
@@ -15,19 +15,20 @@ constexpr Range kChannel{-1.0, 255.0, ""};
 constexpr Range kMmPerV{-1000.0, 1000.0, "mm/V"};
 constexpr Range kEngageTimeoutS{0.1, 60.0, "s"};
 
+void instrument_fields(auto& table, auto& config) {
+  whole_numbers(table, "channels", config.channels, kChannel);
+  table.field("mm_per_v", config.mm_per_v, kMmPerV);
+  table.field("engage_timeout_s", config.engage_timeout_s, kEngageTimeoutS);
+}
+
 }  // namespace
 
 void read_instrument(TomlTable table, daq::BoardInstrumentConfig& config) {
-  table.read("channels", config.channels, kChannel);
-  table.read("mm_per_v", config.mm_per_v, kMmPerV);
-  table.read("engage_timeout_s", config.engage_timeout_s, kEngageTimeoutS);
+  instrument_fields(table, config);
 }
 
 std::string write_instrument(const daq::BoardInstrumentConfig& config) {
-  return fmt::format("channels = [{}]\nmm_per_v = [{}, {}, {}]\nengage_timeout_s = {}\n",
-                     fmt::join(config.channels, ", "), toml_number(config.mm_per_v[0]),
-                     toml_number(config.mm_per_v[1]), toml_number(config.mm_per_v[2]),
-                     toml_number(config.engage_timeout_s));
+  return toml_fields([&](auto& table) { instrument_fields(table, config); });
 }
 
 std::optional<hal::Error> check_instrument(const daq::BoardInstrumentConfig& config,

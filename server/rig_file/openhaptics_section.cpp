@@ -8,7 +8,7 @@
 #include "hal/openhaptics/device_figures.h"
 #include "server/text/suggestion.h"
 #include "server/text/text_library.h"
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -28,17 +28,53 @@ constexpr Range kTimeoutS{0.1, 120.0, "s"};
 constexpr Range kStallS{0.005, 10.0, "s"};
 constexpr Range kDeathS{0.1, 3600.0, "s"};
 
+template <class Table>
+void rotation_field(Table& table, auto& q) {
+  std::array<double, 4> wxyz{q.w, q.x, q.y, q.z};
+  table.field("tool_to_stylus", wxyz, kQuaternion);
+  if constexpr (Table::kReads) {
+    const double length = std::hypot(std::hypot(wxyz[0], wxyz[1]), std::hypot(wxyz[2], wxyz[3]));
+    if (std::abs(length - 1.0) <= 1e-3) {
+      q = {wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
+    } else {
+      table.refuse(
+          "tool_to_stylus",
+          hal::Error::of(hal::ErrorCode::kMalformed, "'tool_to_stylus' is not a rotation", "",
+                         fmt::format("length {:.4g}", length), "w, x, y, z of length 1", "normalise it"));
+    }
+  }
+}
+
+void openhaptics_fields(auto& table, auto& config) {
+  table.field("library", config.vendor_library_names, 4096);
+  table.field("device_name", config.device_name, 256);
+  table.field("model", config.model, 64);
+  table.field("rate_hz", config.rate_hz, kRateHz);
+  table.field("max_force_n", config.max_force_n, kForceN);
+  table.field("max_continuous_force_n", config.max_continuous_force_n, kForceN);
+  table.field("structural_stiffness_n_per_mm", config.structural_stiffness_n_per_mm, kStiffness);
+  table.field("apparent_mass_g", config.apparent_mass_g, kMassG);
+  table.field("position_resolution_mm", config.position_resolution_mm, kResolutionMm);
+  table.field("origin_mm", config.origin_mm, kOriginMm);
+  table.field("tip_offset_mm", config.tip_offset_mm, kOffsetMm);
+  rotation_field(table, config.tool_to_stylus);
+  table.field("warm_share", config.warm_share, kShare);
+  table.field("reset_encoders", config.reset_encoders);
+  table.field("calibration_wait_s", config.calibration_wait_s, kCalibrationS);
+  table.field("patience_s", config.timeout_s, kTimeoutS);
+  table.field("stall_s", config.stall_s, kStallS);
+  table.field("death_s", config.death_s, kDeathS);
+}
+
 }  // namespace
 
 void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
-  table.read("library", config.vendor_library_names, 4096);
+  openhaptics_fields(table, config);
   if (config.libraries().empty()) {
     table.refuse("library", hal::Error::of(hal::ErrorCode::kMalformed, "no library is named", "",
                                            config.vendor_library_names, "names or paths, separated by commas",
                                            "remove the key to try the usual names"));
   }
-  table.read("device_name", config.device_name, 256);
-  table.read("model", config.model, 64);
   if (!openhaptics::device_figures(config.model)) {
     const auto models = openhaptics::device_models();
     table.refuse("model", hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown model of a PHANToM", "",
@@ -46,59 +82,10 @@ void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
                                          did_you_mean(config.model, models,
                                                       "choose the one whose data sheet is closest")));
   }
-  table.read("rate_hz", config.rate_hz, kRateHz);
-
-  table.read("max_force_n", config.max_force_n, kForceN);
-  table.read("max_continuous_force_n", config.max_continuous_force_n, kForceN);
-  table.read("structural_stiffness_n_per_mm", config.structural_stiffness_n_per_mm, kStiffness);
-  table.read("apparent_mass_g", config.apparent_mass_g, kMassG);
-  table.read("position_resolution_mm", config.position_resolution_mm, kResolutionMm);
-
-  table.read("origin_mm", config.origin_mm, kOriginMm);
-  table.read("tip_offset_mm", config.tip_offset_mm, kOffsetMm);
-  hal::Quaternion& q = config.tool_to_stylus;
-  std::array<double, 4> wxyz{q.w, q.x, q.y, q.z};
-  table.read("tool_to_stylus", wxyz, kQuaternion);
-  const double length = std::hypot(std::hypot(wxyz[0], wxyz[1]), std::hypot(wxyz[2], wxyz[3]));
-  if (std::abs(length - 1.0) <= 1e-3) {
-    q = {wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
-  } else {
-    table.refuse(
-        "tool_to_stylus",
-        hal::Error::of(hal::ErrorCode::kMalformed, "'tool_to_stylus' is not a rotation", "",
-                       fmt::format("length {:.4g}", length), "w, x, y, z of length 1", "normalise it"));
-  }
-
-  table.read("warm_share", config.warm_share, kShare);
-  table.read("reset_encoders", config.reset_encoders);
-  table.read("calibration_wait_s", config.calibration_wait_s, kCalibrationS);
-  table.read("patience_s", config.timeout_s, kTimeoutS);
-  table.read("stall_s", config.stall_s, kStallS);
-  table.read("death_s", config.death_s, kDeathS);
 }
 
 std::string write_openhaptics(const openhaptics::OpenHapticsConfig& config) {
-  std::string text = fmt::format("library = {}\ndevice_name = {}\nmodel = {}\nrate_hz = {}\n",
-                                 toml_quoted(config.vendor_library_names), toml_quoted(config.device_name),
-                                 toml_quoted(config.model), toml_number(config.rate_hz));
-  const auto optional = [&text](std::string_view key, const std::optional<double>& value) {
-    if (value) text += fmt::format("{} = {}\n", key, toml_number(*value));
-  };
-  optional("max_force_n", config.max_force_n);
-  optional("max_continuous_force_n", config.max_continuous_force_n);
-  optional("structural_stiffness_n_per_mm", config.structural_stiffness_n_per_mm);
-  optional("apparent_mass_g", config.apparent_mass_g);
-  optional("position_resolution_mm", config.position_resolution_mm);
-  const hal::Quaternion& q = config.tool_to_stylus;
-  text += fmt::format("origin_mm = {}\ntip_offset_mm = {}\ntool_to_stylus = [{}, {}, {}, {}]\n",
-                      toml_vector(config.origin_mm), toml_vector(config.tip_offset_mm), toml_number(q.w),
-                      toml_number(q.x), toml_number(q.y), toml_number(q.z));
-  text += fmt::format(
-      "warm_share = {}\nreset_encoders = {}\ncalibration_wait_s = {}\npatience_s = {}\nstall_s = {}\n"
-      "death_s = {}\n",
-      toml_number(config.warm_share), config.reset_encoders, toml_number(config.calibration_wait_s),
-      toml_number(config.timeout_s), toml_number(config.stall_s), toml_number(config.death_s));
-  return text;
+  return toml_fields([&](auto& table) { openhaptics_fields(table, config); });
 }
 
 }  // namespace hapticd::server

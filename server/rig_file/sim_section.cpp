@@ -1,13 +1,10 @@
 #include "server/rig_file/sim_section.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <optional>
 #include <vector>
 
-#include "server/text/range.h"
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -24,24 +21,31 @@ constexpr Range kSlidesAboveN{0.0, 100.0, "N"};
 
 constexpr Word<int> kConditionWords[] = {{"clean", 0}, {"lab", 1}, {"arm", 2}};
 
+template <class Table>
+void simulation_fields(Table& table, auto& config) {
+  table.field("device", config.device, 64);
+  table.field("object", config.object, 64);
+  table.field("tip", config.tip, 64);
+  table.field("plant", config.plant, 64);
+  table.field("seed", config.seed, kSeed);
+  double speed = config.real_time ? 1.0 : config.speed;
+  table.field("speed", speed, kSpeed);
+  if constexpr (Table::kReads) {
+    config.real_time = speed == 1.0;
+    config.speed = config.real_time ? 0.0 : speed;
+  }
+  table.field("tool_mass_g", config.tool_mass_g, kToolMassG);
+  table.field("structural_mode_hz", config.structural_mode_hz, kStructuralModeHz);
+  table.field("structural_damping", config.structural_damping, kStructuralDamping);
+  table.field("amplifier_pole_hz", config.amplifier_pole_hz, kAmplifierPoleHz);
+  table.field("object_edge_mm", config.hold.edge_mm, kEdgeMm);
+  table.field("object_slides_above_n", config.hold.slides_above_n, kSlidesAboveN);
+}
+
 }  // namespace
 
 void read_simulation(TomlTable table, sim::SimulationConfig& config) {
-  table.read("device", config.device, 64);
-  table.read("object", config.object, 64);
-  table.read("tip", config.tip, 64);
-  table.read("plant", config.plant, 64);
-  table.read("seed", config.seed, kSeed);
-  double speed = config.real_time ? 1.0 : config.speed;
-  table.read("speed", speed, kSpeed);
-  config.real_time = speed == 1.0;
-  config.speed = config.real_time ? 0.0 : speed;
-  table.read("structural_mode_hz", config.structural_mode_hz, kStructuralModeHz);
-  table.read("structural_damping", config.structural_damping, kStructuralDamping);
-  table.read("amplifier_pole_hz", config.amplifier_pole_hz, kAmplifierPoleHz);
-  table.read("tool_mass_g", config.tool_mass_g, kToolMassG);
-  table.read("object_edge_mm", config.hold.edge_mm, kEdgeMm);
-  table.read("object_slides_above_n", config.hold.slides_above_n, kSlidesAboveN);
+  simulation_fields(table, config);
 
   TomlTable conditions = table.table("conditions");
   int preset = 0;
@@ -77,24 +81,12 @@ void apply_simulation_text(std::string_view text, sim::SimulationConfig& config)
 }
 
 std::string write_simulation(const sim::SimulationConfig& config) {
-  std::string text = fmt::format(
-      "\n[rig.sim]\ndevice = {}\nobject = {}\ntip = {}\nplant = {}\nseed = {}\nspeed = {}\ntool_mass_g = "
-      "{}\n",
-      toml_quoted(config.device), toml_quoted(config.object), toml_quoted(config.tip),
-      toml_quoted(config.plant), config.seed, toml_number(config.real_time ? 1.0 : config.speed),
-      toml_number(config.tool_mass_g));
-  const auto optional = [&text](std::string_view key, const std::optional<double>& value) {
-    if (value) text += fmt::format("{} = {}\n", key, toml_number(*value));
-  };
-  optional("structural_mode_hz", config.structural_mode_hz);
-  optional("structural_damping", config.structural_damping);
-  optional("amplifier_pole_hz", config.amplifier_pole_hz);
-  optional("object_edge_mm", config.hold.edge_mm);
-  text += fmt::format("object_slides_above_n = {}\n\n[rig.sim.conditions]\npreset = {}\n",
-                      toml_number(config.hold.slides_above_n), toml_quoted(config.conditions));
-  for (const auto& [name, value] : config.condition_values) {
-    text += fmt::format("{} = {}\n", name, toml_number(value));
-  }
+  std::string text;
+  TomlWriter table = TomlWriter(text, "rig").table("sim");
+  simulation_fields(table, config);
+  TomlWriter conditions = table.table("conditions");
+  conditions.field("preset", config.conditions);
+  for (const auto& [name, value] : config.condition_values) conditions.field(name, value);
   return text;
 }
 

@@ -9,7 +9,7 @@
 
 #include "server/text/builtin_texts.h"
 #include "server/text/suggestion.h"
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -70,17 +70,18 @@ bool is_name(const std::string& name) {
   });
 }
 
-void read_register(TomlTable table, Register& one) {
-  table.read("table", one.table, kTables);
+template <class Table>
+void register_fields(Table& table, auto& one) {
+  table.field("table", one.table, kTables);
   std::uint32_t address = one.address;
-  table.read("address", address, kAddress);
-  one.address = static_cast<std::uint16_t>(address);
-  table.read("type", one.format.type, kTypes);
-  table.read("word_order", one.format.word_order, kOrders);
-  table.read("byte_order", one.format.byte_order, kOrders);
-  table.read("unit", one.unit, kUnits);
-  table.read("scale", one.scale, kFactor);
-  table.read("offset", one.offset, kFactor);
+  table.field("address", address, kAddress);
+  if constexpr (Table::kReads) one.address = static_cast<std::uint16_t>(address);
+  table.field("type", one.format.type, kTypes);
+  table.field("word_order", one.format.word_order, kOrders);
+  table.field("byte_order", one.format.byte_order, kOrders);
+  table.field("unit", one.unit, kUnits);
+  table.field("scale", one.scale, kFactor);
+  table.field("offset", one.offset, kFactor);
 }
 
 class MapReader {
@@ -143,7 +144,7 @@ class MapReader {
       Register one;
       one.name = name;
       TomlTable inner = table.table(name);
-      read_register(inner, one);
+      register_fields(inner, one);
       if (!inner.has("address")) {
         refuse(table, name,
                hal::Error::of(hal::ErrorCode::kMissingKey, "the register has no address", "", name,
@@ -332,11 +333,12 @@ hal::Result<RegisterMap> find_turntable_map(const std::string& name_or_path) {
 }
 
 std::string write_turntable_map(const RegisterMap& map, std::string_view prefix) {
-  const std::string dot = prefix.empty() ? std::string() : std::string(prefix) + ".";
   const auto name_of = [&map](std::size_t index) { return toml_quoted(map.registers[index].name); };
   std::string text = prefix.empty() ? std::string() : fmt::format("\n[{}]\n", prefix);
-  text += fmt::format("source = {}\nalways_homed = {}\nmax_registers_per_read = {}\n",
-                      toml_quoted(map.source), map.always_homed, map.max_registers_per_read);
+  TomlWriter root(text, std::string(prefix));
+  root.field("source", map.source);
+  root.field("always_homed", map.always_homed);
+  root.field("max_registers_per_read", map.max_registers_per_read);
   text += fmt::format("position_actual = {}\n", name_of(map.position_actual));
   if (map.velocity_actual) text += fmt::format("velocity_actual = {}\n", name_of(*map.velocity_actual));
   if (map.alarm_code) text += fmt::format("alarm_code = {}\n", name_of(*map.alarm_code));
@@ -344,19 +346,13 @@ std::string write_turntable_map(const RegisterMap& map, std::string_view prefix)
           write_sequence(map, "home", map.home) + write_sequence(map, "stop", map.stop) +
           write_sequence(map, "reset", map.reset) + write_sequence(map, "release", map.release);
   for (const Register& one : map.registers) {
-    text += fmt::format(
-        "\n[{}registers.{}]\ntable = {}\naddress = {}\ntype = {}\nword_order = {}\nbyte_order = {}\nunit = "
-        "{}\nscale = {}\n"
-        "offset = {}\n",
-        dot, one.name, toml_quoted(text_of(one.table, kTables)), one.address,
-        toml_quoted(text_of(one.format.type, kTypes)), toml_quoted(text_of(one.format.word_order, kOrders)),
-        toml_quoted(text_of(one.format.byte_order, kOrders)), toml_quoted(text_of(one.unit, kUnits)),
-        toml_number(one.scale), toml_number(one.offset));
+    TomlWriter table = root.table("registers." + one.name);
+    register_fields(table, one);
   }
-  text += fmt::format("\n[{}status]\n", dot);
+  root.table("status");
   text += write_condition(map, "homed", map.homed) + write_condition(map, "moving", map.moving) +
           write_condition(map, "in_position", map.in_position) + write_condition(map, "alarm", map.alarm);
-  text += fmt::format("\n[{}alarms]\n", dot);
+  root.table("alarms");
   for (const auto& [code, meaning] : map.alarm_texts)
     text += fmt::format("\"{}\" = {}\n", code, toml_quoted(meaning));
   return text;

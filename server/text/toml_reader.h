@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "hal/error.h"
@@ -35,6 +37,8 @@ std::string_view text_of(E value, const Word<E> (&words)[N]) {
 /// the value as it was, so defaults live where the value is declared and nowhere else.
 class TomlTable {
  public:
+  static constexpr bool kReads = true;
+
   /// The table under `key`; an empty one when there is none.
   TomlTable table(std::string_view key);
   /// The tables of an array [[key]], or key = [{…}, {…}], at most `most`; empty when there is none.
@@ -74,6 +78,44 @@ class TomlTable {
     std::vector<std::string> texts;
     for (const Word<E>& word : words) texts.emplace_back(word.text);
     if (const auto index = choice(key, texts)) value = words[*index].value;
+  }
+
+  // What describes a section for a TomlWriter too.
+
+  /// Reads as read() does.
+  template <class Value, class... Limits>
+  void field(std::string_view key, Value& value, const Limits&... limits) {
+    read(key, value, limits...);
+  }
+  /// Reads the key if it is there; otherwise there is no value, as before.
+  template <class Value>
+  void field(std::string_view key, std::optional<Value>& value, const Range& range) {
+    if constexpr (std::is_same_v<Value, double>) {
+      read(key, value, range);
+    } else if (wants(key)) {
+      read(key, value.emplace(), range);
+    }
+  }
+  /// Describes the table under `key` if there is one.
+  template <class Value, class Describe>
+  void table(std::string_view key, std::optional<Value>& value, const Describe& describe) {
+    if (!has(key)) return;
+    TomlTable inner = table(key);
+    describe(inner, value.emplace());
+  }
+  /// Describes each of the tables under `key` as a further value.
+  template <class Value, class Describe>
+  void tables(std::string_view key, std::vector<Value>& values, std::size_t most, const Describe& describe) {
+    for (TomlTable& inner : tables(key, most)) describe(inner, values.emplace_back());
+  }
+  template <class Describe>
+  void inline_table(std::string_view key, const Describe& describe) {
+    TomlTable inner = table(key);
+    describe(inner);
+  }
+  template <class Value, class Describe>
+  void inline_table(std::string_view key, std::optional<Value>& value, const Describe& describe) {
+    table(key, value, describe);
   }
 
  private:

@@ -77,6 +77,7 @@ level = "debug"
   EXPECT_EQ(again->listen.text(), "[::1]:7");
   EXPECT_EQ(again->unix_socket, "/run/hapticd/a \"strange\" one.sock");
   EXPECT_EQ(again->simulation.structural_mode_hz, 123.5);
+  EXPECT_EQ(again->simulation.structural_damping, 0.01);
   EXPECT_TRUE(again->replay.as_fast_as_possible);
   EXPECT_EQ(again->replay.force.scale, 1e-3);
   EXPECT_EQ(again->simulation.tip, "ball_bearing");
