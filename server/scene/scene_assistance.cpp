@@ -1,8 +1,6 @@
 #include "server/scene/scene_assistance.h"
 
-#include <fmt/format.h>
-
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -19,49 +17,32 @@ constexpr Range kLateralMm{0.0, 500.0, "mm"};
 constexpr Range kPathMm{0.0, 10'000.0, "mm"};
 constexpr Range kContacts{0.0, 1000.0, ""};
 
+void assistance_fields(auto& root, auto& spec) {
+  root.table("fixture", spec.fixture, [](auto& table, auto& fixture) {
+    table.field("stiffness_n_per_mm", fixture.stiffness_n_per_mm, kFixtureStiffness);
+    table.field("damping_n_s_per_mm", fixture.damping_n_s_per_mm, kFixtureDamping);
+    table.field("max_force_n", fixture.max_force_n, kFixtureForceN);
+    table.field("ceiling_mm", fixture.ceiling_mm, kCeilingMm);
+    table.field("corridor_mm", fixture.corridor_mm, kCorridorMm);
+    table.field("let_go_mm", fixture.let_go_mm, kLetGoMm);
+  });
+  root.table("watch", spec.watch, [](auto& table, auto& watch) {
+    table.field("max_press_speed_mm_per_s", watch.max_press_speed_mm_per_s, kSpeedMmPerS);
+    table.field("max_lateral_mm", watch.max_lateral_mm, kLateralMm);
+    table.field("max_contact_speed_mm_per_s", watch.max_contact_speed_mm_per_s, kSpeedMmPerS);
+    table.field("max_contacts", watch.max_contacts, kContacts);
+    table.field("min_lateral_path_mm", watch.min_lateral_path_mm, kPathMm);
+  });
+}
+
 }  // namespace
 
 void read_assistance(TomlTable& root, rt::SceneSpec& spec) {
-  if (root.has("fixture")) {
-    rt::FixtureParameters& fixture = spec.fixture.emplace();
-    TomlTable table = root.table("fixture");
-    table.read("stiffness_n_per_mm", fixture.stiffness_n_per_mm, kFixtureStiffness);
-    table.read("damping_n_s_per_mm", fixture.damping_n_s_per_mm, kFixtureDamping);
-    table.read("max_force_n", fixture.max_force_n, kFixtureForceN);
-    table.read("ceiling_mm", fixture.ceiling_mm, kCeilingMm);
-    table.read("corridor_mm", fixture.corridor_mm, kCorridorMm);
-    table.read("let_go_mm", fixture.let_go_mm, kLetGoMm);
-  }
-  if (root.has("watch")) {
-    rt::WatchLimits& watch = spec.watch.emplace();
-    TomlTable table = root.table("watch");
-    table.read("max_press_speed_mm_per_s", watch.max_press_speed_mm_per_s, kSpeedMmPerS);
-    table.read("max_lateral_mm", watch.max_lateral_mm, kLateralMm);
-    table.read("max_contact_speed_mm_per_s", watch.max_contact_speed_mm_per_s, kSpeedMmPerS);
-    table.read("max_contacts", watch.max_contacts, kContacts);
-    table.read("min_lateral_path_mm", watch.min_lateral_path_mm, kPathMm);
-  }
+  assistance_fields(root, spec);
 }
 
 std::string assistance_text(const rt::SceneSpec& spec) {
-  std::string text;
-  if (spec.fixture) {
-    const rt::FixtureParameters& f = *spec.fixture;
-    text += fmt::format(
-        "\n[fixture]\nstiffness_n_per_mm = {}\ndamping_n_s_per_mm = {}\nmax_force_n = {}\nceiling_mm = {}\n"
-        "corridor_mm = {}\nlet_go_mm = {}\n",
-        toml_number(f.stiffness_n_per_mm), toml_number(f.damping_n_s_per_mm), toml_number(f.max_force_n),
-        toml_number(f.ceiling_mm), toml_number(f.corridor_mm), toml_number(f.let_go_mm));
-  }
-  if (spec.watch) {
-    const rt::WatchLimits& w = *spec.watch;
-    text += fmt::format(
-        "\n[watch]\nmax_press_speed_mm_per_s = {}\nmax_lateral_mm = {}\nmax_contact_speed_mm_per_s = {}\n"
-        "max_contacts = {}\nmin_lateral_path_mm = {}\n",
-        toml_number(w.max_press_speed_mm_per_s), toml_number(w.max_lateral_mm),
-        toml_number(w.max_contact_speed_mm_per_s), w.max_contacts, toml_number(w.min_lateral_path_mm));
-  }
-  return text;
+  return toml_fields([&](auto& root) { assistance_fields(root, spec); });
 }
 
 }  // namespace hapticd::server

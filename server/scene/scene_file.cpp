@@ -12,7 +12,7 @@
 #include "server/scene/scene_transient.h"
 #include "server/scene/scene_words.h"
 #include "server/text/text_library.h"
-#include "server/text/toml_reader.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -55,55 +55,55 @@ constexpr std::size_t kMaxStationName = 64;
 /// Refuses a key that only scenes of another kind use.
 void refuse_foreign(TomlTable& table, std::string_view key, const std::string& shown,
                     const rt::SceneSpec& spec, std::string_view kinds) {
-  table.refuse(key,
-               hal::Error::of(hal::ErrorCode::kMisplacedKey,
-                              fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown,
-                                          word_for(spec.kind, kKinds)),
-                              "", "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind"));
+  table.refuse(
+      key, hal::Error::of(
+               hal::ErrorCode::kMisplacedKey,
+               fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown, text_of(spec.kind, kKinds)),
+               "", "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind"));
 }
+
+void refuse_foreign(TomlWriter&, const auto&...) {}
 
 constexpr std::string_view kExploreOnly = "\"explore\"";
 
-void read_contact(TomlTable& root, rt::SceneSpec& spec) {
+template <class Table>
+void contact_fields(Table& root, auto& spec) {
   if (spec.kind == rt::SceneKind::kWall) {
     return refuse_foreign(root, "contact", "contact", spec, "\"tap_1d\" or \"explore\"");
   }
-  TomlTable contact = root.table("contact");
-  contact.read("method", spec.contact.method, kMethods);
-  spec.contact.threshold_n = 0.0;  // the rig's
-  contact.read("threshold_n", spec.contact.threshold_n, kThresholdN);
-  contact.read("release_ratio", spec.contact.release_ratio, kReleaseRatio);
-  contact.read("release_time_ms", spec.contact.release_time_ms, kReleaseTimeMs);
-  contact.read("quiet_time_ms", spec.contact.quiet_time_ms, kFreeTimeMs);
-  contact.read("arming_time_ms", spec.contact.arming_time_ms, kFreeTimeMs);
-  contact.read("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
-  contact.read("unexplained_force_n", spec.contact.evidence.unexplained_force_n, kThresholdN);
-  contact.read("lowest_stiffness_n_per_mm", spec.contact.evidence.lowest_stiffness_n_per_mm, kStiffness);
-  contact.read("zero_bound_n", spec.contact.zero_bound_n, kThresholdN);
+  auto contact = root.table("contact");
+  contact.field("method", spec.contact.method, kMethods);
+  if constexpr (Table::kReads) spec.contact.threshold_n = 0.0;  // the rig's
+  contact.field("threshold_n", spec.contact.threshold_n, kThresholdN);
+  contact.field("release_ratio", spec.contact.release_ratio, kReleaseRatio);
+  contact.field("release_time_ms", spec.contact.release_time_ms, kReleaseTimeMs);
+  contact.field("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
+  contact.field("quiet_time_ms", spec.contact.quiet_time_ms, kFreeTimeMs);
+  contact.field("arming_time_ms", spec.contact.arming_time_ms, kFreeTimeMs);
+  contact.field("unexplained_force_n", spec.contact.evidence.unexplained_force_n, kThresholdN);
+  contact.field("lowest_stiffness_n_per_mm", spec.contact.evidence.lowest_stiffness_n_per_mm, kStiffness);
+  contact.field("zero_bound_n", spec.contact.zero_bound_n, kThresholdN);
   if (explores(spec)) {
-    contact.read("force_noise_n", spec.explore.force_noise_n, kForceNoiseN);
+    contact.field("force_noise_n", spec.explore.force_noise_n, kForceNoiseN);
   } else {
     refuse_foreign(contact, "force_noise_n", "contact.force_noise_n", spec, kExploreOnly);
   }
 }
 
-/// Reads the compensations that keep the force at the hand correct while it moves.
-void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
-  rt::CompensationParameters& c = spec.compensation;
+/// The compensations that keep the force at the hand correct while it moves.
+void compensation_fields(auto& control, auto& spec) {
   if (spec.kind == rt::SceneKind::kWall) {
     for (const char* key : {"reaction_lead_share", "back_drive_compensation"}) {
       refuse_foreign(control, key, "control." + std::string(key), spec, "\"tap_1d\" or \"explore\"");
     }
     return;
   }
-  if (control.has("reaction_lead_share")) {
-    control.read("reaction_lead_share", c.reaction_lead_share.emplace(), kReactionLeadShare);
-  }
-  control.read("back_drive_compensation", c.back_drive);
+  control.field("reaction_lead_share", spec.compensation.reaction_lead_share, kReactionLeadShare);
+  control.field("back_drive_compensation", spec.compensation.back_drive);
 }
 
-/// Reads the sections that only scenes of kind "explore" have.
-void read_explore(TomlTable& root, rt::SceneSpec& spec) {
+/// The sections that only scenes of kind "explore" have, but for those of effects.
+void explore_fields(auto& root, auto& spec) {
   if (!explores(spec)) {
     for (const char* section : {"direction", "friction", "displacement", "release", "passivity", "inclusion",
                                 "friction_target", "transient"}) {
@@ -111,91 +111,224 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
     }
     return;
   }
-  rt::ExploreParameters& explore = spec.explore;
-  root.table("direction").read("method", explore.direction, kDirections);
-  root.table("friction").read("feel", explore.friction_feel, kFeels);
-  read_inclusions(root, spec);
-  read_friction_target(root, spec);
-  read_transient(root, spec);
-  TomlTable displacement = root.table("displacement");
-  displacement.read("estimator", explore.displacement, kEstimators);
-  displacement.read("law", explore.law, kContactLaws);
-  root.table("release").read("method", explore.release, kReleases);
-  root.table("passivity").read("control", explore.passivity);
+  auto& explore = spec.explore;
+  root.table("direction").field("method", explore.direction, kDirections);
+  root.table("friction").field("feel", explore.friction_feel, kFeels);
+  auto displacement = root.table("displacement");
+  displacement.field("estimator", explore.displacement, kEstimators);
+  displacement.field("law", explore.law, kContactLaws);
+  root.table("release").field("method", explore.release, kReleases);
+  root.table("passivity").field("control", explore.passivity);
 }
 
-/// Reads the field about its centre, whose stiffness is structure.stiffness_n_per_mm.
-void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
-  if (!structure.has("field")) return;
-  TomlTable table = structure.table("field");
-  rt::StructuralModel& field = spec.structural_field.emplace();
-  table.read("centre_mm", field.centre_mm, kPositionMm);
-  table.read("gradient_per_mm", field.gradient_per_mm, kGradient);
-  table.read("curvature_per_mm2", field.curvature_per_mm2, kCurvature);
-  table.read("covered_from_mm", field.covered_from_mm, kPositionMm);
-  table.read("covered_to_mm", field.covered_to_mm, kPositionMm);
-  field.stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
-  if (field.stiffness_n_per_mm > 0.0) return;
-  structure.refuse(
-      "field",
-      hal::Error::of(hal::ErrorCode::kMissingKey,
+/// The field about its centre, whose stiffness is structure.stiffness_n_per_mm.
+template <class Table>
+void structural_field(Table& structure, auto& spec) {
+  structure.inline_table("field", spec.structural_field, [&](auto& table, auto& field) {
+    table.field("centre_mm", field.centre_mm, kPositionMm);
+    table.field("gradient_per_mm", field.gradient_per_mm, kGradient);
+    table.field("curvature_per_mm2", field.curvature_per_mm2, kCurvature);
+    table.field("covered_from_mm", field.covered_from_mm, kPositionMm);
+    table.field("covered_to_mm", field.covered_to_mm, kPositionMm);
+    if constexpr (Table::kReads) field.stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
+  });
+  if constexpr (Table::kReads) {
+    if (!spec.structural_field || spec.structural_stiffness_n_per_mm > 0.0) return;
+    structure.refuse(
+        "field", hal::Error::of(
+                     hal::ErrorCode::kMissingKey,
                      "'structure.field' says how the stiffness varies about its centre, and that is missing",
                      "", "", "structure.stiffness_n_per_mm above 0",
                      "say stiffness_n_per_mm in [structure], or leave out the field"));
+  }
 }
 
-/// Reads the keys of one law; those of the others are refused.
-void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
-  using Kind = rt::TargetLaw::Kind;
-  rt::TargetLaw& law = spec.target;
-  target.read("law", law.kind, kTargetLaws);
-  const auto of_law = [&](std::string_view key, bool belongs, std::string_view laws) {
-    if (!belongs) {
-      target.refuse(key,
-                    hal::Error::of(hal::ErrorCode::kMisplacedKey,
-                                   fmt::format("'target.{}' means nothing to the law \"{}\"", key,
-                                               word_for(law.kind, kTargetLaws)),
-                                   "", "", fmt::format("law = {}", laws), "remove it, or choose such a law"));
-    }
-    return belongs;
-  };
-  const bool is_tap = spec.kind == rt::SceneKind::kTap1d;
-  if (law.kind != Kind::kLinear && is_tap) {
-    target.refuse("law", hal::Error::of(hal::ErrorCode::kMisplacedKey,
-                                        "scenes of kind tap_1d render linear targets only", "",
-                                        std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
-                                        "choose kind = \"explore\" or \"wall\" for other laws"));
-    return;
+/// True for a key of the target's law; those of the others are refused.
+bool is_of_law(TomlTable& target, const rt::TargetLaw& law, std::string_view key, bool belongs,
+               std::string_view laws) {
+  if (!belongs) {
+    target.refuse(key,
+                  hal::Error::of(hal::ErrorCode::kMisplacedKey,
+                                 fmt::format("'target.{}' means nothing to the law \"{}\"", key,
+                                             text_of(law.kind, kTargetLaws)),
+                                 "", "", fmt::format("law = {}", laws), "remove it, or choose such a law"));
   }
-  if (of_law("stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {
-    target.read("stiffness_n_per_mm", law.stiffness_n_per_mm, kStiffness);
+  return belongs;
+}
+bool is_of_law(TomlWriter&, const rt::TargetLaw&, std::string_view, bool belongs, std::string_view) {
+  return belongs;
+}
+
+template <class Table>
+void target_law_fields(Table& target, auto& spec) {
+  using Kind = rt::TargetLaw::Kind;
+  auto& law = spec.target;
+  const bool is_tap = spec.kind == rt::SceneKind::kTap1d;
+  if (Table::kReads || !is_tap) target.field("law", law.kind, kTargetLaws);
+  if constexpr (Table::kReads) {
+    if (law.kind != Kind::kLinear && is_tap) {
+      target.refuse("law", hal::Error::of(hal::ErrorCode::kMisplacedKey,
+                                          "scenes of kind tap_1d render linear targets only", "",
+                                          std::string(text_of(law.kind, kTargetLaws)), "law = \"linear\"",
+                                          "choose kind = \"explore\" or \"wall\" for other laws"));
+      return;
+    }
+  }
+  if (is_of_law(target, law, "stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {
+    target.field("stiffness_n_per_mm", law.stiffness_n_per_mm, kStiffness);
   }
   if (is_tap) return;
-  if (of_law("hunt_crossley", law.kind == Kind::kHuntCrossley, "\"hunt_crossley\"")) {
-    TomlTable power = target.table("hunt_crossley");
-    power.read("stiffness_n_per_mm_m", law.hunt_crossley.stiffness_n_per_mm_m, kPowerStiffness);
-    power.read("damping_n_s_per_mm_m1", law.hunt_crossley.damping_n_s_per_mm_m1, kPowerDamping);
-    power.read("exponent", law.hunt_crossley.exponent, kExponent);
+  if (is_of_law(target, law, "hunt_crossley", law.kind == Kind::kHuntCrossley, "\"hunt_crossley\"")) {
+    target.inline_table("hunt_crossley", [&](auto& power) {
+      power.field("stiffness_n_per_mm_m", law.hunt_crossley.stiffness_n_per_mm_m, kPowerStiffness);
+      power.field("damping_n_s_per_mm_m1", law.hunt_crossley.damping_n_s_per_mm_m1, kPowerDamping);
+      power.field("exponent", law.hunt_crossley.exponent, kExponent);
+    });
   }
   const bool by_position = law.kind == Kind::kPositionProfile;
-  if (of_law("profile", by_position || law.kind == Kind::kDisplacementProfile,
-             "\"displacement_profile\" or \"position_profile\"")) {
+  if (is_of_law(target, law, "profile", by_position || law.kind == Kind::kDisplacementProfile,
+                "\"displacement_profile\" or \"position_profile\"")) {
     std::vector<std::array<double, 2>> knots;
-    target.read("profile", knots, {kPositionMm, kStiffness}, rt::TargetLaw::kMaxKnots);
-    law.knot_count = static_cast<std::uint32_t>(knots.size());
-    for (std::size_t i = 0; i < knots.size(); ++i) law.knots[i] = {knots[i][0], knots[i][1]};
+    for (std::uint32_t i = 0; i < law.knot_count; ++i) {
+      knots.push_back({law.knots[i].at_mm, law.knots[i].stiffness_n_per_mm});
+    }
+    target.field("profile", knots, std::array{kPositionMm, kStiffness}, rt::TargetLaw::kMaxKnots);
+    if constexpr (Table::kReads) {
+      law.knot_count = static_cast<std::uint32_t>(knots.size());
+      for (std::size_t i = 0; i < knots.size(); ++i) law.knots[i] = {knots[i][0], knots[i][1]};
+    }
   }
-  if (of_law("axis", by_position, "\"position_profile\"")) target.read("axis", law.axis, kAxis);
+  if (is_of_law(target, law, "axis", by_position, "\"position_profile\"")) {
+    target.field("axis", law.axis, kAxis);
+  }
+}
+
+void heights_field(TomlTable& surface, rt::SurfaceMapParameters& map) {
+  constexpr std::size_t kMost = rt::SurfaceMapParameters::kMaxSide * rt::SurfaceMapParameters::kMaxSide;
+  surface.read("heights_mm", map.heights_mm, kPositionMm, kMost);
+}
+/// Writes a line for each row.
+void heights_field(TomlWriter& surface, const rt::SurfaceMapParameters& map) {
+  std::string rows;
+  for (std::size_t i = 0; i < map.heights_mm.size(); ++i)
+    rows += (i % map.columns == 0 ? "\n  " : " ") + toml_number(map.heights_mm[i]) + ',';
+  surface.line("heights_mm", "[" + rows + "\n]");
+}
+
+template <class Table>
+void wall_fields(Table& root, auto& spec) {
+  if (spec.kind != rt::SceneKind::kWall) return refuse_foreign(root, "wall", "wall", spec, "\"wall\"");
+  auto wall = root.table("wall");
+  wall.field("position_mm", spec.wall_position_mm, kPositionMm);
+  if constexpr (Table::kReads) {
+    if (wall.has("ball_radius_mm")) spec.wall_ball.emplace();
+  }
+  if (spec.wall_ball) {
+    wall.field("ball_radius_mm", spec.wall_ball->radius_mm, kBallRadiusMm);
+    wall.field("ball_centre_mm", spec.wall_ball->centre_mm, kPositionMm);
+  }
+  wall.table("surface", spec.wall_map, [](auto& surface, auto& map) {
+    surface.field("from_mm", map.from_mm, kPositionMm);
+    surface.field("step_mm", map.step_mm, kMapStepMm);
+    surface.field("columns", map.columns, kMapColumns);
+    heights_field(surface, map);
+  });
+}
+
+template <class Table>
+void tool_fields(Table& root, auto& spec) {
+  auto tool = root.table("tool");
+  tool.field("tip", spec.tip, kTips);
+  if constexpr (Table::kReads) {
+    if (explores(spec)) spec.tool_mass_g = 0.0;  // the rig's
+  }
+  tool.field("mass_g", spec.tool_mass_g, kToolMassG);
+  if (!explores(spec)) {
+    for (const char* key : {"tip_to_centre_mm", "sensor_turn_deg", "sensor_bias_n", "gravity_at_bias"}) {
+      refuse_foreign(tool, key, "tool." + std::string(key), spec, kExploreOnly);
+    }
+    return;
+  }
+  auto& explore = spec.explore;
+  tool.field("gravity_at_bias", explore.gravity_at_bias, kAxis);
+  if constexpr (Table::kReads) {
+    if (tool.has("sensor_turn_deg") || tool.has("sensor_bias_n")) explore.sensor_mounting.emplace();
+  }
+  if (explore.sensor_mounting) {
+    tool.field("sensor_turn_deg", explore.sensor_mounting->turn_deg, kTurnDeg);
+    tool.field("sensor_bias_n", explore.sensor_mounting->force_bias_n, kBiasN);
+  }
+  tool.field("tip_to_centre_mm", explore.tip_to_centre_mm, kPositionMm);
+}
+
+template <class Table>
+void scene_fields(Table& root, auto& spec) {
+  root.field("name", spec.name);
+  root.field("kind", spec.kind, kKinds);
+  root.field("description", spec.description);
+  root.field("object_model", spec.object_model, kMaxModelName);
+  root.field("turntable_station", spec.turntable_station, kMaxStationName);
+  root.field("corrected_poses", spec.corrected_poses);
+  if (explores(spec)) {
+    refuse_foreign(root, "press_axis", "press_axis", spec, "\"tap_1d\" or \"wall\"");
+  } else {
+    root.field("press_axis", spec.press_axis, kAxis);
+  }
+  tool_fields(root, spec);
+  wall_fields(root, spec);
+  contact_fields(root, spec);
+  explore_fields(root, spec);
+
+  auto target = root.table("target");
+  target_law_fields(target, spec);
+  target.field("max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, kStiffness);
+  target.field("ramp_s", spec.target_ramp_s, kRampS);
+  target.field("max_change_n_per_s", spec.max_target_change_n_per_s, kTargetChange);
+  if (!explores(spec)) {
+    refuse_foreign(target, "modulated", "target.modulated", spec, kExploreOnly);
+  } else if (Table::kReads || !spec.explore.modulated) {
+    target.field("modulated", spec.explore.modulated);
+  }
+
+  auto structure = root.table("structure");
+  structure.field("compensation", spec.structural_compensation);
+  structure.field("stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, kStructural);
+  if (explores(spec)) {
+    structure.field("cutoff_hz", spec.explore.deflection_cutoff_hz, kCutoffHz);
+  } else {
+    refuse_foreign(structure, "cutoff_hz", "structure.cutoff_hz", spec, kExploreOnly);
+  }
+  structural_field(structure, spec);
+
+  auto control = root.table("control");
+  control.field("law", spec.controller.law, kLaws);
+  control.field("proportional_gain", spec.controller.proportional_gain, kProportional);
+  control.field("derivative_gain_ms", spec.controller.derivative_gain_ms, kDerivativeMs);
+  if (explores(spec)) {
+    control.field("lead_ms", spec.compensation.lead_ms, kLeadMs);
+  } else {
+    refuse_foreign(control, "lead_ms", "control.lead_ms", spec, kExploreOnly);
+  }
+  compensation_fields(control, spec);
+
+  auto guard = root.table("guard");
+  guard.field("max_force_n", spec.guard.max_force_n, kForceN);
+  guard.field("max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, kForceRate);
+  guard.field("max_power_w", spec.guard.max_power_w, kPowerW);
+  guard.field("sensor_stale_after_ms", spec.guard.sensor_stale_after_ms, kStaleMs);
+  guard.field("resume_ramp_s", spec.guard.resume_ramp_s, kRampS);
+  guard.field("fall_ramp_s", spec.guard.fall_ramp_s, kRampS);
+  guard.field("loop_gap_ms", spec.guard.loop_gap_ms, kStaleMs);
 }
 
 }  // namespace
 
 std::string_view word_of(rt::TargetLaw::Kind kind) {
-  return word_for(kind, kTargetLaws);
+  return text_of(kind, kTargetLaws);
 }
 
 std::string_view word_of(rt::Tip tip) {
-  return word_for(tip, kTips);
+  return text_of(tip, kTips);
 }
 
 hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string& source,
@@ -205,100 +338,12 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
 
   rt::SceneSpec spec;
   TomlTable root = document->root();
-  root.read("name", spec.name);
-  root.read("kind", spec.kind, kKinds);
-  root.read("description", spec.description);
-  root.read("object_model", spec.object_model, kMaxModelName);
-  root.read("turntable_station", spec.turntable_station, kMaxStationName);
-  root.read("corrected_poses", spec.corrected_poses);
+  scene_fields(root, spec);
   if (explores(spec)) {
-    refuse_foreign(root, "press_axis", "press_axis", spec, "\"tap_1d\" or \"wall\"");
-  } else {
-    root.read("press_axis", spec.press_axis, kAxis);
+    read_inclusions(root, spec);
+    read_friction_target(root, spec);
+    read_transient(root, spec);
   }
-
-  TomlTable tool = root.table("tool");
-  tool.read("tip", spec.tip, kTips);
-  if (explores(spec)) spec.tool_mass_g = 0.0;  // the rig's
-  tool.read("mass_g", spec.tool_mass_g, kToolMassG);
-  if (explores(spec)) {
-    tool.read("gravity_at_bias", spec.explore.gravity_at_bias, kAxis);
-    if (tool.has("sensor_turn_deg") || tool.has("sensor_bias_n")) {
-      rt::SensorMounting& mounting = spec.explore.sensor_mounting.emplace();
-      tool.read("sensor_turn_deg", mounting.turn_deg, kTurnDeg);
-      tool.read("sensor_bias_n", mounting.force_bias_n, kBiasN);
-    }
-    if (tool.has("tip_to_centre_mm")) {
-      tool.read("tip_to_centre_mm", spec.explore.tip_to_centre_mm.emplace(), kPositionMm);
-    }
-  } else {
-    refuse_foreign(tool, "tip_to_centre_mm", "tool.tip_to_centre_mm", spec, kExploreOnly);
-    refuse_foreign(tool, "sensor_turn_deg", "tool.sensor_turn_deg", spec, kExploreOnly);
-    refuse_foreign(tool, "sensor_bias_n", "tool.sensor_bias_n", spec, kExploreOnly);
-    refuse_foreign(tool, "gravity_at_bias", "tool.gravity_at_bias", spec, kExploreOnly);
-  }
-
-  read_contact(root, spec);
-  if (spec.kind == rt::SceneKind::kWall) {
-    TomlTable wall = root.table("wall");
-    wall.read("position_mm", spec.wall_position_mm, kPositionMm);
-    if (wall.has("ball_radius_mm")) {
-      rt::BallParameters& ball = spec.wall_ball.emplace();
-      wall.read("ball_radius_mm", ball.radius_mm, kBallRadiusMm);
-      wall.read("ball_centre_mm", ball.centre_mm, kPositionMm);
-    }
-    if (wall.has("surface")) {
-      rt::SurfaceMapParameters& map = spec.wall_map.emplace();
-      constexpr std::size_t kMost = rt::SurfaceMapParameters::kMaxSide * rt::SurfaceMapParameters::kMaxSide;
-      TomlTable surface = wall.table("surface");
-      surface.read("from_mm", map.from_mm, kPositionMm);
-      surface.read("step_mm", map.step_mm, kMapStepMm);
-      surface.read("columns", map.columns, kMapColumns);
-      surface.read("heights_mm", map.heights_mm, kPositionMm, kMost);
-    }
-  } else {
-    refuse_foreign(root, "wall", "wall", spec, "\"wall\"");
-  }
-  read_explore(root, spec);
-
-  TomlTable target = root.table("target");
-  read_target_law(target, spec);
-  if (explores(spec)) {
-    target.read("modulated", spec.explore.modulated);
-  } else {
-    refuse_foreign(target, "modulated", "target.modulated", spec, kExploreOnly);
-  }
-  target.read("max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, kStiffness);
-  target.read("ramp_s", spec.target_ramp_s, kRampS);
-  target.read("max_change_n_per_s", spec.max_target_change_n_per_s, kTargetChange);
-
-  TomlTable structure = root.table("structure");
-  structure.read("compensation", spec.structural_compensation);
-  structure.read("stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, kStructural);
-
-  read_structural_field(structure, spec);
-
-  TomlTable control = root.table("control");
-  control.read("law", spec.controller.law, kLaws);
-  control.read("proportional_gain", spec.controller.proportional_gain, kProportional);
-  control.read("derivative_gain_ms", spec.controller.derivative_gain_ms, kDerivativeMs);
-  if (explores(spec)) {
-    structure.read("cutoff_hz", spec.explore.deflection_cutoff_hz, kCutoffHz);
-    control.read("lead_ms", spec.compensation.lead_ms, kLeadMs);
-  } else {
-    refuse_foreign(structure, "cutoff_hz", "structure.cutoff_hz", spec, kExploreOnly);
-    refuse_foreign(control, "lead_ms", "control.lead_ms", spec, kExploreOnly);
-  }
-  read_compensation(control, spec);
-
-  TomlTable guard = root.table("guard");
-  guard.read("max_force_n", spec.guard.max_force_n, kForceN);
-  guard.read("max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, kForceRate);
-  guard.read("max_power_w", spec.guard.max_power_w, kPowerW);
-  guard.read("sensor_stale_after_ms", spec.guard.sensor_stale_after_ms, kStaleMs);
-  guard.read("resume_ramp_s", spec.guard.resume_ramp_s, kRampS);
-  guard.read("fall_ramp_s", spec.guard.fall_ramp_s, kRampS);
-  guard.read("loop_gap_ms", spec.guard.loop_gap_ms, kStaleMs);
   read_assistance(root, spec);
   if (auto error = document->error()) return *error;
 
@@ -316,6 +361,11 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
                           spec.name, name, "rename the one or the other");
   }
   return spec;
+}
+
+std::string write_scene(const rt::SceneSpec& spec) {
+  return toml_fields([&](TomlWriter& root) { scene_fields(root, spec); }) + inclusions_text(spec) +
+         friction_target_text(spec) + transient_text(spec) + assistance_text(spec);
 }
 
 }  // namespace hapticd::server

@@ -11,7 +11,7 @@
 #include "server/scene/scene_models.h"
 #include "server/scene/scene_words.h"
 #include "server/text/suggestion.h"
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -51,21 +51,6 @@ void refuse_what_the_model_says(TomlTable& table, const std::string& model) {
                                                        : "remove these keys, or the model"));
 }
 
-const char* variant_name(const rt::InclusionParameters& inclusion) {
-  return inclusion.variant == rt::InclusionVariant::kPublished ? "published" : "energy";
-}
-
-/// Text of an inclusion that was not moved yet.
-std::string moved_text(const rt::InclusionParameters& one) {
-  std::string text;
-  if (one.moved_mm != std::array<double, 2>{}) {
-    text += fmt::format("moved_mm = [{}, {}]\n", toml_number(one.moved_mm[0]), toml_number(one.moved_mm[1]));
-  }
-  if (one.object_centre_mm)
-    text += fmt::format("object_centre_mm = {}\n", toml_vector(*one.object_centre_mm));
-  return text;
-}
-
 /// Moves place and surface point to where they are to be. Those of a round object turn about its centre, so
 /// that the depth stays.
 std::optional<hal::Error> move(rt::InclusionParameters& one, std::size_t number) {
@@ -103,33 +88,45 @@ std::optional<hal::Error> move(rt::InclusionParameters& one, std::size_t number)
   return std::nullopt;
 }
 
+template <class Table>
+void inclusion_fields(Table& table, auto& one) {
+  table.field("variant", one.variant, kVariants);
+  if (Table::kReads || !one.model.empty()) table.field("model", one.model, kMaxModelName);
+  if (one.model.empty()) {
+    table.field("place_mm", one.place_mm, kPlaceMm);
+    table.field("surface_mm", one.surface_mm, kPlaceMm);
+    table.field("stiffness_n_per_mm_m", one.response.stiffness_n_per_mm_m, kInclusionStiffness);
+    table.field("damping_n_s_per_mm_m1", one.response.damping_n_s_per_mm_m1, kDamping);
+    table.field("exponent", one.response.exponent, kInclusionExponent);
+    table.field("max_displacement_mm", one.max_displacement_mm, kDepthMm);
+    table.field("attenuation", one.attenuation, kAttenuation);
+    table.field("approach", one.approach, kApproach);
+  }
+  table.field("internal_friction", one.internal_friction, kRubbingFriction);
+  table.field("internal_presliding_mm", one.internal_presliding_mm, kPreslidingMm);
+  if (Table::kReads || one.moved_mm != std::array<double, 2>{}) {
+    table.field("moved_mm", one.moved_mm, kPlaceMm);
+  }
+  table.field("object_centre_mm", one.object_centre_mm, kPlaceMm);
+}
+
 }  // namespace
 
 void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
-  for (TomlTable& table : root.tables("inclusion", kMaxInclusions)) {
-    rt::InclusionParameters& one = spec.inclusions.emplace_back();
-    table.read("variant", one.variant, kVariants);
-    table.read("internal_friction", one.internal_friction, kRubbingFriction);
-    table.read("internal_presliding_mm", one.internal_presliding_mm, kPreslidingMm);
-    table.read("moved_mm", one.moved_mm, kPlaceMm);
-    if (table.wants("object_centre_mm"))
-      table.read("object_centre_mm", one.object_centre_mm.emplace(), kPlaceMm);
-    table.read("model", one.model, kMaxModelName);
-    if (!one.model.empty()) {
-      if (auto name = ModelName::parse(one.model, "inclusion.model"); !name)
-        table.refuse("model", name.error());
-      refuse_what_the_model_says(table, one.model);
-      continue;
-    }
-    table.read("place_mm", one.place_mm, kPlaceMm);
-    table.read("surface_mm", one.surface_mm, kPlaceMm);
-    table.read("stiffness_n_per_mm_m", one.response.stiffness_n_per_mm_m, kInclusionStiffness);
-    table.read("damping_n_s_per_mm_m1", one.response.damping_n_s_per_mm_m1, kDamping);
-    table.read("exponent", one.response.exponent, kInclusionExponent);
-    table.read("max_displacement_mm", one.max_displacement_mm, kDepthMm);
-    table.read("attenuation", one.attenuation, kAttenuation);
-    table.read("approach", one.approach, kApproach);
-  }
+  root.tables("inclusion", spec.inclusions, kMaxInclusions, [](TomlTable& table, auto& one) {
+    inclusion_fields(table, one);
+    if (one.model.empty()) return;
+    if (auto name = ModelName::parse(one.model, "inclusion.model"); !name)
+      table.refuse("model", name.error());
+    refuse_what_the_model_says(table, one.model);
+  });
+}
+
+std::string inclusions_text(const rt::SceneSpec& spec) {
+  return toml_fields([&](TomlWriter& root) {
+    root.tables("inclusion", spec.inclusions, kMaxInclusions,
+                [](TomlWriter& table, const auto& one) { inclusion_fields(table, one); });
+  });
 }
 
 std::optional<Refusal> fill_inclusions(const ModelLibrary& models, const hal::RigInfo& rig,
@@ -160,31 +157,6 @@ std::optional<Refusal> fill_inclusions(const ModelLibrary& models, const hal::Ri
     one = identified;
   }
   return std::nullopt;
-}
-
-std::string inclusions_text(const rt::SceneSpec& spec) {
-  std::string text;
-  for (const rt::InclusionParameters& one : spec.inclusions) {
-    if (!one.model.empty()) {
-      text += fmt::format(
-          "\n[[inclusion]]\nvariant = {}\nmodel = {}\ninternal_friction = {}\ninternal_presliding_mm = {}\n",
-          toml_quoted(variant_name(one)), toml_quoted(one.model), toml_number(one.internal_friction),
-          toml_number(one.internal_presliding_mm));
-      text += moved_text(one);
-      continue;
-    }
-    text += fmt::format(
-        "\n[[inclusion]]\nvariant = {}\nplace_mm = {}\nsurface_mm = {}\nstiffness_n_per_mm_m = {}\n"
-        "damping_n_s_per_mm_m1 = {}\nexponent = {}\nmax_displacement_mm = {}\nattenuation = {}\n"
-        "approach = {}\ninternal_friction = {}\ninternal_presliding_mm = {}\n",
-        toml_quoted(variant_name(one)), toml_vector(one.place_mm), toml_vector(one.surface_mm),
-        toml_number(one.response.stiffness_n_per_mm_m), toml_number(one.response.damping_n_s_per_mm_m1),
-        toml_number(one.response.exponent), toml_number(one.max_displacement_mm),
-        toml_number(one.attenuation), toml_number(one.approach), toml_number(one.internal_friction),
-        toml_number(one.internal_presliding_mm));
-    text += moved_text(one);
-  }
-  return text;
 }
 
 }  // namespace hapticd::server

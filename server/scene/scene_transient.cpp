@@ -1,10 +1,8 @@
 #include "server/scene/scene_transient.h"
 
-#include <fmt/format.h>
-
 #include <cstdint>
 
-#include "server/text/toml_text.h"
+#include "server/text/toml_writer.h"
 
 namespace hapticd::server {
 
@@ -36,62 +34,45 @@ rt::TransientMode mode_of(Material material) {
   }
 }
 
-void read_modes(TomlTable& table, std::string_view key, std::vector<rt::TransientMode>& modes) {
-  for (TomlTable& one : table.tables(key, rt::TransientParameters::kMaxModes)) {
-    rt::TransientMode& mode = modes.emplace_back();
-    one.read("frequency_hz", mode.frequency_hz, kModeHz);
-    one.read("decay_per_s", mode.decay_per_s, kDecayPerS);
-    one.read("gain_per_s", mode.gain_per_s, kGainPerS);
-  }
-}
-
-std::string modes_text(std::string_view key, const std::vector<rt::TransientMode>& modes) {
-  std::string text;
-  for (const rt::TransientMode& mode : modes) {
-    text += fmt::format("\n[[transient.{}]]\nfrequency_hz = {}\ndecay_per_s = {}\ngain_per_s = {}\n", key,
-                        toml_number(mode.frequency_hz), toml_number(mode.decay_per_s),
-                        toml_number(mode.gain_per_s));
-  }
-  return text;
+/// All keys but the material.
+void transient_fields(auto& table, auto& transient) {
+  table.field("max_force_n", transient.max_force_n, kTransientForceN);
+  auto& grip = transient.grip;
+  table.field("mode_hz", grip.mode_hz, kStructuralHz);
+  table.field("amplifier_hz", grip.amplifier_hz, kAmplifierHz);
+  table.field("grip_mass_g", grip.grip_mass_g, kGripMassG);
+  table.field("grip_stiffness_n_per_mm", grip.grip_stiffness_n_per_mm, kGripStiffness);
+  table.field("grip_damping_n_s_per_mm", grip.grip_damping_n_s_per_mm, kGripDamping);
+  table.field("object_stiffness_n_per_mm", grip.object_stiffness_n_per_mm, kGripStiffness);
+  const auto mode_fields = [](auto& one, auto& mode) {
+    one.field("frequency_hz", mode.frequency_hz, kModeHz);
+    one.field("decay_per_s", mode.decay_per_s, kDecayPerS);
+    one.field("gain_per_s", mode.gain_per_s, kGainPerS);
+  };
+  table.tables("mode", transient.target, rt::TransientParameters::kMaxModes, mode_fields);
+  table.tables("real", transient.real, rt::TransientParameters::kMaxModes, mode_fields);
 }
 
 }  // namespace
 
 void read_transient(TomlTable& root, rt::SceneSpec& spec) {
-  if (!root.has("transient")) return;
-  rt::TransientParameters& transient = spec.transient.emplace();
-  TomlTable table = root.table("transient");
-  Material material = Material::kOwn;
-  table.read("material", material, kMaterials);
-  read_modes(table, "mode", transient.target);
-  read_modes(table, "real", transient.real);
-  if (material != Material::kOwn) {
+  root.table("transient", spec.transient, [](TomlTable& table, rt::TransientParameters& transient) {
+    Material material = Material::kOwn;
+    table.read("material", material, kMaterials);
+    transient_fields(table, transient);
+    if (material == Material::kOwn) return;
     table.refuse("mode", hal::Error::of(hal::ErrorCode::kContradiction,
                                         "a transient has a material or modes of its own", "", "",
                                         "material or [[transient.mode]]", "remove one of them"));
     transient.target = {mode_of(material)};
-  }
-  table.read("max_force_n", transient.max_force_n, kTransientForceN);
-  rt::GripDynamics& grip = transient.grip;
-  table.read("mode_hz", grip.mode_hz, kStructuralHz);
-  table.read("amplifier_hz", grip.amplifier_hz, kAmplifierHz);
-  table.read("grip_mass_g", grip.grip_mass_g, kGripMassG);
-  table.read("grip_stiffness_n_per_mm", grip.grip_stiffness_n_per_mm, kGripStiffness);
-  table.read("grip_damping_n_s_per_mm", grip.grip_damping_n_s_per_mm, kGripDamping);
-  table.read("object_stiffness_n_per_mm", grip.object_stiffness_n_per_mm, kGripStiffness);
+  });
 }
 
 std::string transient_text(const rt::SceneSpec& spec) {
-  if (!spec.transient) return {};
-  const rt::TransientParameters& t = *spec.transient;
-  return fmt::format(
-             "\n[transient]\nmax_force_n = {}\nmode_hz = {}\namplifier_hz = {}\n"
-             "grip_mass_g = {}\ngrip_stiffness_n_per_mm = {}\ngrip_damping_n_s_per_mm = {}\n"
-             "object_stiffness_n_per_mm = {}\n",
-             toml_number(t.max_force_n), toml_number(t.grip.mode_hz), toml_number(t.grip.amplifier_hz),
-             toml_number(t.grip.grip_mass_g), toml_number(t.grip.grip_stiffness_n_per_mm),
-             toml_number(t.grip.grip_damping_n_s_per_mm), toml_number(t.grip.object_stiffness_n_per_mm)) +
-         modes_text("mode", t.target) + modes_text("real", t.real);
+  return toml_fields([&](TomlWriter& root) {
+    root.table("transient", spec.transient,
+               [](TomlWriter& table, const auto& transient) { transient_fields(table, transient); });
+  });
 }
 
 }  // namespace hapticd::server

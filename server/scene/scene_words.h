@@ -38,14 +38,6 @@ inline constexpr Word<rt::TargetLaw::Kind> kTargetLaws[] = {
 inline constexpr Word<rt::ControlLaw> kLaws[] = {{"closed_loop", rt::ControlLaw::kClosedLoop},
                                                  {"open_loop", rt::ControlLaw::kOpenLoop}};
 
-template <class E, std::size_t N>
-std::string_view word_for(E value, const Word<E> (&words)[N]) {
-  for (const Word<E>& word : words) {
-    if (word.value == value) return word.text;
-  }
-  return words[0].text;
-}
-
 inline bool explores(const rt::SceneSpec& spec) {
   return spec.kind == rt::SceneKind::kExplore;
 }
