@@ -14,6 +14,7 @@
 
 #include "rt/model/identified_model.h"
 #include "server/model/canonical_text.h"
+#include "server/model/law_description.h"
 
 // One description of every part, read and written by the two archives. A field that is added to a part does
 // not compile until it is stored, too: the bindings in describe() name all fields.
@@ -29,7 +30,7 @@ class Writer {
  public:
   static constexpr bool kReads = false;
 
-  void operator()(const char* key, const double& value) {
+  void field(const char* key, const double& value, const Range& = {}) {
     // JSON has no infinity; rt::check() lets only a standard error be infinite.
     if (std::isinf(value)) {
       json[key] = kInfinity;
@@ -37,25 +38,25 @@ class Writer {
       json[key] = value;
     }
   }
-  void operator()(const char* key, const bool& value) { json[key] = value; }
-  void operator()(const char* key, const std::string& value) { json[key] = value; }
+  void field(const char* key, const bool& value) { json[key] = value; }
+  void field(const char* key, const std::string& value) { json[key] = value; }
   template <std::size_t N>
-  void operator()(const char* key, const std::array<double, N>& values) {
+  void field(const char* key, const std::array<double, N>& values, const Range& = {}) {
     json[key] = values;
   }
   template <class T>
   requires std::is_class_v<T>
-  void operator()(const char* key, const T& value) {
+  void field(const char* key, const T& value) {
     Writer part;
     describe(part, const_cast<T&>(value));  // a writer changes nothing
     json[key] = std::move(part.json);
   }
   template <class T>
-  void operator()(const char* key, const std::optional<T>& value) {
-    if (value) (*this)(key, *value);
+  void field(const char* key, const std::optional<T>& value) {
+    if (value) field(key, *value);
   }
   template <class T>
-  void operator()(const char* key, const std::vector<T>& values) {
+  void field(const char* key, const std::vector<T>& values) {
     json[key] = Json::array();
     for (const T& value : values) {
       Writer part;
@@ -83,7 +84,7 @@ class Reader {
     if (!json_.is_object()) complain("'" + path_ + "' is not an object");
   }
 
-  void operator()(const char* key, double& value) {
+  void field(const char* key, double& value, const Range& = {}) {
     const Json* found = find(key);
     if (found == nullptr) return;
     if (found->is_string() && *found == kInfinity) {
@@ -94,20 +95,20 @@ class Reader {
       complain("'" + path_of(key) + "' is not a number");
     }
   }
-  void operator()(const char* key, bool& value) {
+  void field(const char* key, bool& value) {
     if (const Json* found = find(key)) {
       if (!found->is_boolean()) return complain("'" + path_of(key) + "' is neither true nor false");
       value = found->get<bool>();
     }
   }
-  void operator()(const char* key, std::string& value) {
+  void field(const char* key, std::string& value) {
     if (const Json* found = find(key)) {
       if (!found->is_string()) return complain("'" + path_of(key) + "' is not a text");
       value = found->get<std::string>();
     }
   }
   template <std::size_t N>
-  void operator()(const char* key, std::array<double, N>& values) {
+  void field(const char* key, std::array<double, N>& values, const Range& = {}) {
     const Json* found = find(key);
     if (found == nullptr) return;
     const bool fits = found->is_array() && found->size() == N &&
@@ -117,15 +118,15 @@ class Reader {
   }
   template <class T>
   requires std::is_class_v<T>
-  void operator()(const char* key, T& value) {
+  void field(const char* key, T& value) {
     if (const Json* found = find(key)) read(*found, path_of(key), value);
   }
   template <class T>
-  void operator()(const char* key, std::optional<T>& value) {
-    if (json_.is_object() && json_.contains(key)) (*this)(key, value.emplace());
+  void field(const char* key, std::optional<T>& value) {
+    if (json_.is_object() && json_.contains(key)) field(key, value.emplace());
   }
   template <class T>
-  void operator()(const char* key, std::vector<T>& values) {
+  void field(const char* key, std::vector<T>& values) {
     const Json* found = find(key);
     if (found == nullptr) return;
     if (!found->is_array()) return complain("'" + path_of(key) + "' is not a list");
@@ -176,139 +177,111 @@ class Reader {
 
 template <class A>
 void describe(A& archive, hal::Vector3& v) {
-  archive("x", v.x);
-  archive("y", v.y);
-  archive("z", v.z);
+  archive.field("x", v.x);
+  archive.field("y", v.y);
+  archive.field("z", v.z);
 }
 
 template <class A>
 void describe(A& archive, hal::Quaternion& q) {
-  archive("w", q.w);
-  archive("x", q.x);
-  archive("y", q.y);
-  archive("z", q.z);
-}
-
-template <class A>
-void describe(A& archive, rt::HuntCrossleyParameters& law) {
-  auto& [stiffness, damping, exponent] = law;
-  archive("stiffness_n_per_mm_m", stiffness);
-  archive("damping_n_s_per_mm_m1", damping);
-  archive("exponent", exponent);
-}
-
-template <class A>
-void describe(A& archive, rt::CreepParameters& law) {
-  auto& [time_s, weight, displacement_mm, max_force_n] = law;
-  archive("time_s", time_s);
-  archive("weight", weight);
-  archive("max_force_n", max_force_n);
-  archive("displacement_mm", displacement_mm);
+  archive.field("w", q.w);
+  archive.field("x", q.x);
+  archive.field("y", q.y);
+  archive.field("z", q.z);
 }
 
 template <class A, class Parameters>
 void describe(A& archive, rt::IdentifiedLaw<Parameters>& law) {
-  archive("law", law.parameters);
-  archive("relative_error", law.relative_error);
+  archive.field("law", law.parameters);
+  archive.field("relative_error", law.relative_error);
 }
 
 template <class A>
 void describe(A& archive, rt::ContactModel& contact) {
   auto& [hunt_crossley, creep] = contact;
-  archive("hunt_crossley", hunt_crossley);
-  archive("creep", creep);
-}
-
-template <class A>
-void describe(A& archive, rt::MaxwellSlipParameters& elements) {
-  auto& [reach_mm, stiffness_per_mm] = elements;
-  archive("reach_mm", reach_mm);
-  archive("stiffness_per_mm", stiffness_per_mm);
+  archive.field("hunt_crossley", hunt_crossley);
+  archive.field("creep", creep);
 }
 
 template <class A>
 void describe(A& archive, rt::FrictionModel& model) {
   std::string tip = model.tip == rt::Tip::kRod ? "rod" : "ball_bearing";
-  archive("tip", tip);
+  archive.field("tip", tip);
   if constexpr (A::kReads) {
     if (tip != "rod" && tip != "ball_bearing")
       archive.complain("unknown tip '" + tip + "'", hal::ErrorCode::kUnknownWord);
     model.tip = tip == "rod" ? rt::Tip::kRod : rt::Tip::kBallBearing;
   }
-  // The list of parameters says how well the presliding distance is known.
-  auto& [kinetic, presliding_mm, viscous, exponent, maxwell_slip, listed] = model.friction;
-  archive("kinetic", kinetic);
-  archive("presliding_mm", presliding_mm);
-  archive("viscous_n_s_per_mm", viscous);
-  archive("exponent", exponent);
-  archive("maxwell_slip", maxwell_slip);
+  describe(archive, model.friction);
+  archive.field("exponent", model.friction.exponent);
+  archive.field("maxwell_slip", model.friction.maxwell_slip);
 }
 
 template <class A>
 void describe(A& archive, rt::StructuralModel& structure) {
   auto& [stiffness, centre_mm, gradient_per_mm, curvature_per_mm2, from_mm, to_mm] = structure;
-  archive("stiffness_n_per_mm", stiffness);
-  archive("centre_mm", centre_mm);
-  archive("gradient_per_mm", gradient_per_mm);
-  archive("curvature_per_mm2", curvature_per_mm2);
-  archive("covered_from_mm", from_mm);
-  archive("covered_to_mm", to_mm);
+  archive.field("stiffness_n_per_mm", stiffness);
+  archive.field("centre_mm", centre_mm);
+  archive.field("gradient_per_mm", gradient_per_mm);
+  archive.field("curvature_per_mm2", curvature_per_mm2);
+  archive.field("covered_from_mm", from_mm);
+  archive.field("covered_to_mm", to_mm);
 }
 
 template <class A>
 void describe(A& archive, rt::ToolModel& tool) {
   auto& [mass_g, centre_mm, force_bias_n, torque_bias_n_mm, sensor_to_tool, found_under_bias,
          tip_to_centre_mm] = tool;
-  archive("mass_g", mass_g);
-  archive("centre_mm", centre_mm);
-  archive("force_bias_n", force_bias_n);
-  archive("torque_bias_n_mm", torque_bias_n_mm);
-  archive("sensor_to_tool", sensor_to_tool);
-  archive("found_under_bias", found_under_bias);
-  archive("tip_to_centre_mm", tip_to_centre_mm);
+  archive.field("mass_g", mass_g);
+  archive.field("centre_mm", centre_mm);
+  archive.field("force_bias_n", force_bias_n);
+  archive.field("torque_bias_n_mm", torque_bias_n_mm);
+  archive.field("sensor_to_tool", sensor_to_tool);
+  archive.field("found_under_bias", found_under_bias);
+  archive.field("tip_to_centre_mm", tip_to_centre_mm);
 }
 
 template <class A>
 void describe(A& archive, rt::ThresholdModel& threshold) {
   auto& [threshold_n, largest_residual_n, observed_s] = threshold;
-  archive("threshold_n", threshold_n);
-  archive("largest_residual_n", largest_residual_n);
-  archive("observed_s", observed_s);
+  archive.field("threshold_n", threshold_n);
+  archive.field("largest_residual_n", largest_residual_n);
+  archive.field("observed_s", observed_s);
 }
 
 template <class A>
 void describe(A& archive, rt::GainsModel& gains) {
   auto& [proportional_gain, derivative_ms, ultimate_gain, ultimate_period_ms] = gains;
-  archive("proportional_gain", proportional_gain);
-  archive("derivative_ms", derivative_ms);
-  archive("ultimate_gain", ultimate_gain);
-  archive("ultimate_period_ms", ultimate_period_ms);
+  archive.field("proportional_gain", proportional_gain);
+  archive.field("derivative_ms", derivative_ms);
+  archive.field("ultimate_gain", ultimate_gain);
+  archive.field("ultimate_period_ms", ultimate_period_ms);
 }
 
 template <class A>
 void describe(A& archive, rt::InclusionModel& inclusion) {
   auto& [place_mm, surface_mm, response, attenuation, approach] = inclusion;
-  archive("place_mm", place_mm);
-  archive("surface_mm", surface_mm);
-  archive("response", response);
-  archive("attenuation", attenuation);
-  archive("approach", approach);
+  archive.field("place_mm", place_mm);
+  archive.field("surface_mm", surface_mm);
+  archive.field("response", response);
+  archive.field("attenuation", attenuation);
+  archive.field("approach", approach);
 }
 
 template <class A>
 void describe(A& archive, rt::EstimatedParameter& parameter) {
-  archive("name", parameter.name);
-  archive("unit", parameter.unit);
-  archive("value", parameter.value);
-  archive("standard_error", parameter.standard_error);
+  archive.field("name", parameter.name);
+  archive.field("unit", parameter.unit);
+  archive.field("value", parameter.value);
+  archive.field("standard_error", parameter.standard_error);
 }
 
 template <class A>
 void describe(A& archive, rt::ValidityRange& validity) {
   auto& [displacement_mm, speed_mm_per_s, force_n] = validity;
-  archive("max_displacement_mm", displacement_mm);
-  archive("max_speed_mm_per_s", speed_mm_per_s);
-  archive("max_force_n", force_n);
+  archive.field("max_displacement_mm", displacement_mm);
+  archive.field("max_speed_mm_per_s", speed_mm_per_s);
+  archive.field("max_force_n", force_n);
 }
 
 /// Content of the kind `name`; none when there is no such kind.
@@ -327,8 +300,8 @@ template <class A>
 void describe(A& archive, rt::IdentifiedModel& model) {
   std::string schema(kContentSchema);
   std::string kind = rt::kind_name(model.content);
-  archive("schema", schema);
-  archive("kind", kind);
+  archive.field("schema", schema);
+  archive.field("kind", kind);
   if constexpr (A::kReads) {
     if (schema != kContentSchema) {
       archive.complain("content of the schema '" + schema + "', which is not known here",
@@ -340,16 +313,16 @@ void describe(A& archive, rt::IdentifiedModel& model) {
       archive.complain("unknown kind of model '" + kind + "'", hal::ErrorCode::kUnknownWord);
     }
   }
-  std::visit([&archive](auto& content) { archive("content", content); }, model.content);
-  archive("object", model.object);
-  archive("device", model.device);
-  archive("sensor", model.sensor);
-  archive("procedure", model.procedure);
-  archive("data_reference", model.data_reference);
-  archive("parameters", model.parameters);
-  archive("validity", model.validity);
-  archive("residual", model.residual);
-  archive("converged", model.converged);
+  std::visit([&archive](auto& content) { archive.field("content", content); }, model.content);
+  archive.field("object", model.object);
+  archive.field("device", model.device);
+  archive.field("sensor", model.sensor);
+  archive.field("procedure", model.procedure);
+  archive.field("data_reference", model.data_reference);
+  archive.field("parameters", model.parameters);
+  archive.field("validity", model.validity);
+  archive.field("residual", model.residual);
+  archive.field("converged", model.converged);
 }
 
 }  // namespace hapticd::server::model_archive
