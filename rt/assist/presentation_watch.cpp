@@ -27,6 +27,7 @@ std::optional<hal::Error> check(const WatchLimits& limits, const std::string& wh
       {"max_contact_speed_mm_per_s", limits.max_contact_speed_mm_per_s, 2000.0},
       {"max_contacts", static_cast<double>(limits.max_contacts), 1000.0},
       {"min_lateral_path_mm", limits.min_lateral_path_mm, 10'000.0},
+      {"min_contact_s", limits.min_contact_s, 100.0},
   };
   for (const WatchRange& range : ranges) {
     if (range.value >= 0.0 && range.value <= range.most) continue;
@@ -51,7 +52,11 @@ void PresentationWatch::begin(std::uint32_t number) noexcept {
 PresentationSummary PresentationWatch::end() noexcept {
   if (is_running_) {
     if (summary_.lateral_path_mm < limits_.min_lateral_path_mm) summary_.broken |= watch_bit::kLateralPath;
-    if (summary_.contacts == 0) summary_.broken |= watch_bit::kNoContact;
+    if (summary_.contacts == 0) {
+      summary_.broken |= watch_bit::kNoContact;
+    } else if (summary_.contact_s < limits_.min_contact_s) {
+      summary_.broken |= watch_bit::kContactTime;
+    }
   }
   is_running_ = false;
   return summary_;

@@ -17,6 +17,7 @@ struct WatchLimits {
   double max_contact_speed_mm_per_s = 0.0;  ///< at which a contact begins; D§4.7: 50
   std::uint32_t max_contacts = 0;           ///< new contacts; D§4.7: 3
   double min_lateral_path_mm = 0.0;         ///< along the surface, in contact; D§4.7: 60
+  double min_contact_s = 0.3;  ///< in all: in less an object is hardly felt before its stiffness is rendered
 
   bool operator==(const WatchLimits&) const = default;
 };
@@ -33,6 +34,7 @@ inline constexpr std::uint32_t kLateralPath = 1U << 4;  ///< judged at the end
 inline constexpr std::uint32_t kNoContact = 1U << 5;    ///< judged at the end
 inline constexpr std::uint32_t kGuard = 1U << 6;        ///< the guard took the force away
 inline constexpr std::uint32_t kTicksLost = 1U << 7;    ///< no sample for more than 10 ms
+inline constexpr std::uint32_t kContactTime = 1U << 8;  ///< judged at the end
 }  // namespace watch_bit
 
 /// One presentation, from its begin to its end.

@@ -15,6 +15,7 @@ constexpr Range kLetGoMm{2.0, 50.0, "mm"};
 constexpr Range kSpeedMmPerS{0.0, 2000.0, "mm/s"};
 constexpr Range kLateralMm{0.0, 500.0, "mm"};
 constexpr Range kPathMm{0.0, 10'000.0, "mm"};
+constexpr Range kContactS{0.0, 100.0, "s"};
 constexpr Range kContacts{0.0, 1000.0, ""};
 
 void assistance_fields(auto& root, auto& spec) {
@@ -32,6 +33,7 @@ void assistance_fields(auto& root, auto& spec) {
     table.field("max_contact_speed_mm_per_s", watch.max_contact_speed_mm_per_s, kSpeedMmPerS);
     table.field("max_contacts", watch.max_contacts, kContacts);
     table.field("min_lateral_path_mm", watch.min_lateral_path_mm, kPathMm);
+    table.field("min_contact_s", watch.min_contact_s, kContactS);
   });
 }
 

@@ -16,8 +16,8 @@ from hapticd.experiment.stage import Presentation
 from hapticd.experiment.touch import Touch
 
 
-def visit(path_mm: float, felt: float = 0.3) -> Presentation:
-    return Presentation((), {"lateral_path_mm": path_mm}, felt)
+def visit(path_mm: float, felt: float = 0.3, contact_s: float = 0.5) -> Presentation:
+    return Presentation((), {"lateral_path_mm": path_mm, "time_in_contact_s": contact_s}, felt)
 
 
 def test_a_path_is_that_of_all_touches_of_a_place() -> None:
@@ -27,6 +27,8 @@ def test_a_path_is_that_of_all_touches_of_a_place() -> None:
     assert free_change.flaws_of_all(chosen, enough) == []  # type: ignore[arg-type]
     assert free_change.flaws_of_all(chosen, enough[:2]) == ["lateral_path"]  # type: ignore[arg-type]
     assert free_change.flaws_of_all(chosen, enough[1:2]) == ["no_contact"]  # type: ignore[arg-type]
+    brief = [("reference", visit(70.0, contact_s=0.1)), ("comparison", visit(61.0)), ("reference", visit(5.0, contact_s=0.1))]
+    assert free_change.flaws_of_all(chosen, brief) == ["contact_time"]  # type: ignore[arg-type]
 
 
 def test_what_was_felt_is_the_mean_of_the_visits() -> None:

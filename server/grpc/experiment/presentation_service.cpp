@@ -14,6 +14,7 @@ namespace {
 static_assert(rt::watch_bit::kPressSpeed == 1U << (v1::PRESENTATION_FLAW_PRESS_SPEED - 1));
 static_assert(rt::watch_bit::kLateralPath == 1U << (v1::PRESENTATION_FLAW_LATERAL_PATH - 1));
 static_assert(rt::watch_bit::kTicksLost == 1U << (v1::PRESENTATION_FLAW_TICKS_LOST - 1));
+static_assert(rt::watch_bit::kContactTime == 1U << (v1::PRESENTATION_FLAW_CONTACT_TIME - 1));
 
 Outcome<rt::EngineOutcome> execute(Session& session, rt::EngineCommand::Kind kind,
                                    const grpc::ServerContext& context) {

@@ -13,7 +13,9 @@ from hapticd.experiment.session import ROLES, Role
 from hapticd.experiment.stage import Presentation
 
 #: Flaws that only all touches of a stimulus together have.
-OF_ALL_TOUCHES = ("lateral_path", "no_contact")
+OF_ALL_TOUCHES = ("lateral_path", "no_contact", "contact_time")
+#: A stimulus is felt for so long at least, over all its touches, s.
+MIN_CONTACT_S = 0.3
 #: The tool has changed when it is so far on its way from one to the other: not in the middle, so that it does not flicker.
 CHANGED_SHARE = 0.6
 
@@ -48,7 +50,10 @@ def flaws_of_all(protocol: Protocol, visits: Sequence[tuple[Role, Presentation]]
         own = [one.record for visited, one in visits if visited == role]
         if not own:
             flaws.append("no_contact")
-        elif sum(float(one.get("lateral_path_mm", 0.0)) for one in own) < protocol.min_lateral_path_mm:
+            continue
+        if sum(float(one.get("time_in_contact_s", math.inf)) for one in own) < MIN_CONTACT_S:
+            flaws.append("contact_time")
+        if sum(float(one.get("lateral_path_mm", 0.0)) for one in own) < protocol.min_lateral_path_mm:
             flaws.append("lateral_path")
     return list(dict.fromkeys(flaws))
 

@@ -27,6 +27,7 @@ WARNINGS = {
     "contacts": "The object was touched too often. Please stay on it.",
     "lateral_path": "Please stroke a longer way along the surface.",
     "no_contact": "The object was not touched.",
+    "contact_time": "The object was touched too briefly. Please press it for longer.",
     "guard": "The force was taken away for safety.",
     "force_cut": "The force was taken away for safety.",
     "ticks_lost": "A measurement was lost. This was not your doing.",

@@ -421,6 +421,19 @@ TEST(PresentationWatch, AContactThatFlickersIsTheSame) {
   EXPECT_NE(watch.summary().broken & rt::watch_bit::kContactSpeed, 0U);
 }
 
+// Brushed for a moment, an object is felt as it is: whoever judges it then has not felt the target.
+TEST(PresentationWatch, ABriefTouchIsNoPresentation) {
+  const auto flaws_after = [](int ticks_touched) {
+    rt::PresentationWatch watch({}, {0.0, 0.0, -1.0}, 1000.0);
+    watch.begin(1);
+    for (int i = 0; i < 500; ++i) watch.update({}, i >= 100 && i < 100 + ticks_touched, {}, 1e-3);
+    return watch.end().broken;
+  };
+  EXPECT_EQ(flaws_after(0), rt::watch_bit::kNoContact);
+  EXPECT_EQ(flaws_after(250), rt::watch_bit::kContactTime);
+  EXPECT_EQ(flaws_after(350), 0U);
+}
+
 TEST(PresentationWatch, IsThereOnlyWhereTheSceneHasOne) {
   AssistedRig rig({}, press_scene());
   EXPECT_EQ(rig.assistance().begin_presentation(), 0U);
