@@ -35,26 +35,10 @@ Volts Drive::volts_for(const Currents& current_a) const noexcept {
   return volts;
 }
 
-Currents Drive::currents_of(const Volts& volts) const noexcept {
-  Currents current{};
-  for (std::size_t i = 0; i < 3; ++i) current[i] = volts[i] * signed_gain_a_per_v_[i];
-  return current;
-}
-
 std::array<double, 3> Drive::joint_torques_of_n_mm(const Currents& current_a) const noexcept {
   std::array<double, 3> torque{};
   for (std::size_t i = 0; i < 3; ++i) torque[i] = current_a[i] * n_mm_per_a_[i];
   return torque;
-}
-
-Volts volts_for_force(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
-                      const hal::Vector3& force_n) noexcept {
-  return drive.volts_for(drive.currents_for(torques_for_n_mm(arm, q, force_n)));
-}
-
-hal::Vector3 force_of_volts_n(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
-                              const Volts& volts) noexcept {
-  return force_of_n(arm, q, drive.joint_torques_of_n_mm(drive.currents_of(volts)));
 }
 
 double tip_resolution_mm(const PhantomConfig& config, const JointAngles& q) noexcept {
@@ -66,28 +50,6 @@ double tip_resolution_mm(const PhantomConfig& config, const JointAngles& q) noex
         std::max(coarsest_mm, std::hypot(j[0][i], j[1][i], j[2][i]) * std::abs(drive.rad_per_count()[i]));
   }
   return coarsest_mm;
-}
-
-namespace {
-
-/// Ratio of the force that the currents can hold to this force: the weakest joint decides.
-double times_it_fits(const PhantomConfig& config, const JointAngles& q, const Currents& current_a,
-                     const hal::Vector3& force_n) noexcept {
-  const Currents needed_a = Drive(config).currents_for(torques_for_n_mm(config.arm, q, force_n));
-  double times = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (needed_a[i] != 0.0) times = std::min(times, std::abs(current_a[i] / needed_a[i]));
-  }
-  return times;
-}
-
-}  // namespace
-
-std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngles& q,
-                                    const Currents& current_a) noexcept {
-  return {times_it_fits(config, q, current_a, {1.0, 0.0, 0.0}),
-          times_it_fits(config, q, current_a, {0.0, 1.0, 0.0}),
-          times_it_fits(config, q, current_a, {0.0, 0.0, 1.0})};
 }
 
 double force_in_any_direction_n(const PhantomConfig& config, const JointAngles& q,

@@ -13,7 +13,7 @@ using Currents = std::array<double, 3>;
 using Volts = std::array<double, 3>;
 
 /// Cable transmission, encoders, motors and amplifiers between joints and board. Torque → volts drives the
-/// device, volts → torque checks it.
+/// device.
 class Drive {
  public:
   explicit Drive(const PhantomConfig& config) noexcept;
@@ -26,7 +26,6 @@ class Drive {
   Currents currents_for(const std::array<double, 3>& joint_torque_n_mm) const noexcept;
   Volts volts_for(const Currents& current_a) const noexcept;
 
-  Currents currents_of(const Volts& volts) const noexcept;
   std::array<double, 3> joint_torques_of_n_mm(const Currents& current_a) const noexcept;
 
  private:
@@ -35,19 +34,8 @@ class Drive {
   std::array<double, 3> signed_gain_a_per_v_{};
 };
 
-/// Volts for a force of the device on the tip, without any limit.
-Volts volts_for_force(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
-                      const hal::Vector3& force_n) noexcept;
-/// Force on the tip for those volts; see force_of_n() for singular poses.
-hal::Vector3 force_of_volts_n(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
-                              const Volts& volts) noexcept;
-
 /// Largest motion of the tip for one count of any encoder, mm.
 double tip_resolution_mm(const PhantomConfig& config, const JointAngles& q) noexcept;
-
-/// The force along x, y and z, each alone, that the currents can hold in this pose, N.
-std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngles& q,
-                                    const Currents& current_a) noexcept;
 
 /// The force that the currents can hold in this pose in every direction, N.
 double force_in_any_direction_n(const PhantomConfig& config, const JointAngles& q,

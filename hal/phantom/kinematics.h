@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 
 #include "hal/samples.h"
 
@@ -27,11 +26,6 @@ struct ArmGeometry {
 /// Tip in the device's own frame: origin where the first two axes cross, z up, x forward at q1 = 0, y left.
 hal::Vector3 forward_mm(const ArmGeometry& arm, const JointAngles& q) noexcept;
 
-/// The joint angles for a tip position, on the branch that the stops allow. On the vertical axis q1 is
-/// undefined and `near_q1_rad` is used. Nothing if the position is out of reach.
-std::optional<JointAngles> inverse(const ArmGeometry& arm, const hal::Vector3& tip_mm,
-                                   double near_q1_rad = 0.0) noexcept;
-
 Jacobian jacobian(const ArmGeometry& arm, const JointAngles& q) noexcept;
 
 /// Angle beyond a stop, rad; zero or negative inside.
@@ -40,11 +34,6 @@ double beyond_stops_rad(const ArmGeometry& arm, const JointAngles& q) noexcept;
 /// Joint torques for a force of the device on the tip, N·mm: Jᵀ f.
 std::array<double, 3> torques_for_n_mm(const ArmGeometry& arm, const JointAngles& q,
                                        const hal::Vector3& force_n) noexcept;
-
-/// Force that joint torques make at the tip. If the arm is singular (tip on the vertical axis, arm stretched)
-/// the direction that cannot be determined is damped: the answer stays bounded.
-hal::Vector3 force_of_n(const ArmGeometry& arm, const JointAngles& q,
-                        const std::array<double, 3>& torque_n_mm) noexcept;
 
 /// Orientation of the stylus from the arm and a gimbal's three angles: about the second link, then across,
 /// then along the stylus. Upright at q = 0 and angles zero.

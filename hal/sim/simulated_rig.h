@@ -16,7 +16,7 @@
 #include "hal/sim/hand/hand.h"
 #include "hal/sim/object/object_events.h"
 #include "hal/sim/object/object_model.h"
-#include "hal/sim/tick_sequence.h"
+#include "hal/sim/tick_interval.h"
 #include "hal/sim/tracker/simulated_tracker.h"
 
 namespace hapticd::sim {
@@ -58,7 +58,7 @@ struct SimulationConfig {
   std::map<std::string, double> condition_values{};  ///< single ones by name, over the preset's
   /// Virtual time only: when the ticks fall and when sensor samples arrive, in place of what the conditions
   /// say.
-  std::shared_ptr<const TickSequence> ticks{};
+  std::shared_ptr<const TickIntervals> ticks{};
   ObjectHold hold{};                         ///< of whatever object is in place
   std::vector<ObjectEvent> object_events{};  ///< what happens to it, on the rig's time
 };

@@ -5,7 +5,7 @@
 namespace hapticd::sim {
 
 TickClock::TickClock(double rate_hz, const Conditions& conditions,
-                     std::shared_ptr<const TickSequence> sequence, std::uint64_t seed) noexcept
+                     std::shared_ptr<const TickIntervals> sequence, std::uint64_t seed) noexcept
     : rate_hz_(rate_hz),
       conditions_(conditions),
       sequence_(std::move(sequence)),
@@ -32,8 +32,8 @@ TickClock::Tick TickClock::next() noexcept {
     return {std::llround(1e9 * static_cast<double>(ticks_) / rate_hz_)};
   }
   if (sequence_) {
-    const TickInterval& tick = sequence_->ticks()[at_];
-    at_ = (at_ + 1) % sequence_->ticks().size();
+    const TickInterval& tick = (*sequence_)[at_];
+    at_ = (at_ + 1) % sequence_->size();
     time_us_ += tick.interval_us;
     return {std::llround(1e3 * time_us_), std::llround(1e3 * tick.sensor_late_us), tick.sensor_lost};
   }

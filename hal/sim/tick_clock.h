@@ -6,7 +6,7 @@
 
 #include "hal/sim/base/conditions.h"
 #include "hal/sim/base/random.h"
-#include "hal/sim/tick_sequence.h"
+#include "hal/sim/tick_interval.h"
 
 namespace hapticd::sim {
 
@@ -15,7 +15,7 @@ namespace hapticd::sim {
 class TickClock {
  public:
   /// `sequence` may be null.
-  TickClock(double rate_hz, const Conditions& conditions, std::shared_ptr<const TickSequence> sequence,
+  TickClock(double rate_hz, const Conditions& conditions, std::shared_ptr<const TickIntervals> sequence,
             std::uint64_t seed) noexcept;
 
   /// True if ticks or sensor samples ever deviate from even times.
@@ -33,7 +33,7 @@ class TickClock {
 
   double rate_hz_;
   Conditions conditions_;
-  std::shared_ptr<const TickSequence> sequence_;
+  std::shared_ptr<const TickIntervals> sequence_;
   Random random_;
   bool irregular_;
   std::uint64_t ticks_ = 0;  ///< even times passed

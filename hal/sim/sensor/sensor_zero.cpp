@@ -1,6 +1,5 @@
 #include "hal/sim/sensor/sensor_zero.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace hapticd::sim {

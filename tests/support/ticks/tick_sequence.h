@@ -1,25 +1,21 @@
 #pragma once
 
-#include <cstdint>
+#include <memory>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "hal/error.h"
+#include "hal/sim/tick_interval.h"
 
-namespace hapticd::sim {
+namespace hapticd::test {
 
-/// One tick of a clock that is not perfect.
-struct TickInterval {
-  double interval_us = 1000.0;  ///< since the tick before
-  double sensor_late_us =
-      0.0;  ///< the newest sensor sample that has arrived is so much older than the sensor's newest
-  bool sensor_lost = false;  ///< what the sensor measured in this interval never arrives
-};
+using sim::TickInterval;
+using sim::TickIntervals;
 
 /// Intervals between ticks, recorded or made up, in order; over and over.
 class TickSequence {
  public:
-  explicit TickSequence(std::vector<TickInterval> ticks) : ticks_(std::move(ticks)) {}
+  explicit TickSequence(TickIntervals ticks) : ticks_(std::move(ticks)) {}
 
   /// Loads a recording: CSV with the columns interval_us and sensor_records (how many had arrived for the
   /// tick). How late the sensor's records came follows from their number: they are made at an even rate.
@@ -38,10 +34,12 @@ class TickSequence {
   /// Sequence for a loop of another rate: the lateness of a tick stays what it was.
   TickSequence at_rate(double recorded_hz, double rate_hz) const;
 
-  const std::vector<TickInterval>& ticks() const noexcept { return ticks_; }
+  const TickIntervals& ticks() const noexcept { return ticks_; }
+  /// As the simulated rig takes them.
+  std::shared_ptr<const TickIntervals> shared() const { return std::make_shared<const TickIntervals>(ticks_); }
 
  private:
-  std::vector<TickInterval> ticks_;
+  TickIntervals ticks_;
 };
 
-}  // namespace hapticd::sim
+}  // namespace hapticd::test

@@ -1,4 +1,4 @@
-#include "hal/sim/tick_sequence.h"
+#include "tests/support/ticks/tick_sequence.h"
 
 #include <algorithm>
 #include <charconv>
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string_view>
 
-namespace hapticd::sim {
+namespace hapticd::test {
 
 namespace {
 
@@ -63,7 +63,7 @@ hal::Result<TickSequence> TickSequence::load(const std::string& path) {
   const int interval_column = column_of(line, "interval_us");
   const int records_column = column_of(line, "sensor_records");
   if (interval_column < 0 || records_column < 0) return refuse("a column is missing", line);
-  std::vector<TickInterval> ticks;
+  TickIntervals ticks;
   std::vector<double> records;
   double total_us = 0.0;
   double total_records = 0.0;
@@ -102,14 +102,14 @@ TickSequence TickSequence::late(double period_us, double late_us, int every) {
 }
 
 TickSequence TickSequence::bursts(double period_us, double late_us, int length, int every) {
-  std::vector<TickInterval> ticks(static_cast<std::size_t>(std::max(1, every)), TickInterval{period_us});
+  TickIntervals ticks(static_cast<std::size_t>(std::max(1, every)), TickInterval{period_us});
   for (int i = 0; i < length; ++i) ticks.push_back({period_us + late_us});
   ticks.push_back({back_in_time_us(period_us, length * late_us)});
   return TickSequence(std::move(ticks));
 }
 
 TickSequence TickSequence::bunched(double period_us, double late_us, int every) {
-  std::vector<TickInterval> ticks(static_cast<std::size_t>(std::max(1, every)), TickInterval{period_us});
+  TickIntervals ticks(static_cast<std::size_t>(std::max(1, every)), TickInterval{period_us});
   // The stream is at rest until it is `late_us` behind.
   for (double behind_us = period_us; behind_us < late_us; behind_us += period_us) {
     ticks.push_back({period_us, behind_us});
@@ -119,7 +119,7 @@ TickSequence TickSequence::bunched(double period_us, double late_us, int every) 
 }
 
 TickSequence TickSequence::lost(double period_us, int length, int every) {
-  std::vector<TickInterval> ticks(static_cast<std::size_t>(std::max(1, every)), TickInterval{period_us});
+  TickIntervals ticks(static_cast<std::size_t>(std::max(1, every)), TickInterval{period_us});
   for (int i = 0; i < length; ++i) ticks.push_back({period_us, 0.0, true});
   return TickSequence(std::move(ticks));
 }
@@ -129,7 +129,7 @@ TickSequence TickSequence::at_rate(double recorded_hz, double rate_hz) const {
   const double recorded_us = 1e6 / recorded_hz;
   const double period_us = 1e6 / rate_hz;
   const auto each = static_cast<int>(std::max(1L, std::lround(rate_hz / recorded_hz)));
-  std::vector<TickInterval> ticks;
+  TickIntervals ticks;
   double owed_us = 0.0;  // by which the clock is behind its even times
   for (const TickInterval& tick : ticks_) {
     owed_us += tick.interval_us - recorded_us;
@@ -142,4 +142,4 @@ TickSequence TickSequence::at_rate(double recorded_hz, double rate_hz) const {
   return TickSequence(std::move(ticks));
 }
 
-}  // namespace hapticd::sim
+}  // namespace hapticd::test
