@@ -156,20 +156,5 @@ TEST(InclusionFit, TooLittleIsRefused) {
   EXPECT_FALSE(fit_inclusion_response({}, presses({{0, 0, 0}}, nullptr), 25.0));
 }
 
-TEST(InclusionFit, ARecordingIsCutIntoPresses) {
-  std::vector<PressSample> recording(6000);
-  for (std::size_t i = 0; i < recording.size(); ++i) {
-    const double lift = std::sin(2.0 * M_PI * static_cast<double>(i) / 2000.0);
-    recording[i].tip_mm = {0.0, 0.0, -5.0 * lift};
-    recording[i].force_n = {0.0, 0.0, std::max(0.0, lift)};
-  }
-  const auto presses_found = cut_into_presses(recording, 1000.0);
-  ASSERT_EQ(presses_found.size(), 3U);
-  EXPECT_NEAR(presses_found[1].surface_mm.z, 0.0, 0.2);
-  EXPECT_NEAR(static_cast<double>(presses_found[1].samples.size()), 50.0, 2.0);
-  // Placed where the force was quiet last, not where the threshold was passed.
-  EXPECT_LT(recording.front().tip_mm.z - presses_found[1].surface_mm.z, 5.0 * 0.012);
-}
-
 }  // namespace
 }  // namespace hapticd::identification

@@ -28,10 +28,4 @@ struct Press {
 /// Surface that a press met, whose force exceeds the threshold at `tip_mm` and was quiet at `quiet_mm` last.
 hal::Vector3 surface_before(const std::optional<hal::Vector3>& quiet_mm, const hal::Vector3& tip_mm);
 
-/// Cuts a recording into presses: a press begins where the force exceeds `threshold_n`, its surface is where
-/// it was within Press::kQuietShare of that, and it ends where it falls below half of it. Every n-th sample
-/// is kept so that there are about `kept_hz` a second.
-std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, double rate_hz,
-                                    double threshold_n = 0.03, double kept_hz = 50.0);
-
 }  // namespace hapticd::identification

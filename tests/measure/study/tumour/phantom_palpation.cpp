@@ -4,6 +4,7 @@
 
 #include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_load.h"
+#include "rt/signal/vector.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/reference/contact_fit.h"
@@ -21,6 +22,32 @@ rt::SceneSpec watching_scene() {
   scene.explore.displacement = rt::DisplacementEstimator::kRecursive;
   scene.target = rt::linear_target(0.0);
   return scene;
+}
+
+/// Presses as the tick places them: one begins where the force exceeds the threshold, and ends below half of
+/// it.
+std::vector<identification::Press> cut_into_presses(
+    const std::vector<identification::PressSample>& recording) {
+  constexpr double kThresholdN = 0.03;
+  constexpr std::size_t kEvery = 20;  // of the samples of 1 kHz
+  std::vector<identification::Press> presses;
+  bool touching = false;
+  std::size_t since = 0;
+  std::optional<hal::Vector3> quiet_mm;
+  for (const identification::PressSample& s : recording) {
+    const double force_n = rt::norm(s.force_n);
+    if (force_n < identification::Press::kQuietShare * kThresholdN) quiet_mm = s.tip_mm;
+    if (!touching && force_n > kThresholdN) {
+      touching = true;
+      since = 0;
+      presses.push_back({identification::surface_before(quiet_mm, s.tip_mm), {}});
+    } else if (touching && force_n < 0.5 * kThresholdN) {
+      touching = false;
+    }
+    if (touching && since++ % kEvery == 0) presses.back().samples.push_back(s);
+  }
+  std::erase_if(presses, [](const identification::Press& p) { return p.samples.size() < 3; });
+  return presses;
 }
 
 }  // namespace
@@ -64,7 +91,7 @@ std::vector<identification::Press> palpate_phantom(const sim::ObjectModel& phant
                            load_n + load.inertia_n(motion.acceleration_mm_per_s2())});
     });
   }
-  return identification::cut_into_presses(recording, 1000.0);
+  return cut_into_presses(recording);
 }
 
 const rt::ObjectModel& phantom_model() {
