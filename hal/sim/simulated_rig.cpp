@@ -214,7 +214,7 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   if (!conditions) return conditions.error();
   if (config.real_time) conditions->ticks_are_even();  // they are late by themselves
   if (auto error = check(config.hold)) return *error;
-  if (config.ticks && config.ticks->ticks().empty()) {
+  if (config.ticks && config.ticks->empty()) {
     return hal::Error{"a sequence of ticks has none", "simulated rig", "", "at least one", ""};
   }
 

@@ -21,7 +21,6 @@
 #include <utility>
 #include <vector>
 
-#include "hal/sim/tick_sequence.h"
 #include "hand_cycle.h"
 #include "instructed_hand.h"
 #include "rig_file.h"
@@ -30,6 +29,7 @@
 #include "tests/emulators/netft/netft_box.h"
 #include "tests/emulators/openhaptics/page.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/ticks/tick_sequence.h"
 #include "tests/support/turn.h"
 
 namespace {
@@ -85,7 +85,7 @@ std::vector<double> late_ticks_of(const std::string& text) {
       late_us[i] = std::max(late_us[i], late_us[i - 1] - 1000.0);
     return late_us;
   }
-  const auto sequence = sim::TickSequence::load(text);
+  const auto sequence = test::TickSequence::load(text);
   if (!sequence) throw std::runtime_error(sequence.error().text());
   double passed_us = 0.0;
   for (const sim::TickInterval& tick : sequence->ticks()) {

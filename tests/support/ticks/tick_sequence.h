@@ -35,8 +35,10 @@ class TickSequence {
   TickSequence at_rate(double recorded_hz, double rate_hz) const;
 
   const TickIntervals& ticks() const noexcept { return ticks_; }
-  /// As the simulated rig takes them.
-  std::shared_ptr<const TickIntervals> shared() const { return std::make_shared<const TickIntervals>(ticks_); }
+  /// Makes a copy for a simulated rig.
+  std::shared_ptr<const TickIntervals> shared() const {
+    return std::make_shared<const TickIntervals>(ticks_);
+  }
 
  private:
   TickIntervals ticks_;

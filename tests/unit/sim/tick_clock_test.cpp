@@ -10,21 +10,22 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <string>
 
+#include "tests/support/ticks/tick_sequence.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {
 namespace {
 
+using test::TickSequence;
 using test::VirtualRig;
 
-SimulationConfig on(TickSequence ticks, double rate_hz = 1000.0) {
+SimulationConfig on(const TickSequence& ticks, double rate_hz = 1000.0) {
   SimulationConfig config;
   config.object = "none";
   config.rate_hz = rate_hz;
-  config.ticks = std::make_shared<const TickSequence>(std::move(ticks));
+  config.ticks = ticks.shared();
   return config;
 }
 

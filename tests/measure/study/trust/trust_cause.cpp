@@ -2,8 +2,8 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <memory>
 
+#include "tests/support/ticks/tick_sequence.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -11,7 +11,7 @@ namespace hapticd::study {
 namespace {
 
 using sim::SimulationConfig;
-using sim::TickSequence;
+using test::TickSequence;
 
 double period_us(const SimulationConfig& rig) {
   return 1e6 / rig.rate_hz;
@@ -20,8 +20,8 @@ double period_us(const SimulationConfig& rig) {
 int ticks_in(const SimulationConfig& rig, double seconds) {
   return static_cast<int>(seconds * rig.rate_hz);
 }
-void play(SimulationConfig& rig, TickSequence ticks) {
-  rig.ticks = std::make_shared<const TickSequence>(std::move(ticks));
+void play(SimulationConfig& rig, const TickSequence& ticks) {
+  rig.ticks = ticks.shared();
 }
 void replay(SimulationConfig& rig, const char* name) {
   play(rig, test::value_of(TickSequence::load(*recorded_ticks(name))).at_rate(1000.0, rig.rate_hz));
@@ -130,19 +130,25 @@ std::vector<TrustCause> make_causes() {
     set(rig, "sensor_drift_wanders", 1.0);
   }).duration_s = 60.0;
   static const std::vector<double> kJumpsN{0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1, 2, 3};
-  add("zero_jump", kJumpsN, "N", [](SimulationConfig& rig, double newtons) {
-    set(rig, "sensor_step_n", newtons);
-    set(rig, "sensor_step_interval_s", 3.3);
-  }, {0.3, 1});
-  add("zero_jump_each_second", kJumpsN, "N", [](SimulationConfig& rig, double newtons) {
-    set(rig, "sensor_step_n", newtons);
-    set(rig, "sensor_step_interval_s", 0.97);
-  }, {0.15, 3});
+  add("zero_jump", kJumpsN, "N",
+      [](SimulationConfig& rig, double newtons) {
+        set(rig, "sensor_step_n", newtons);
+        set(rig, "sensor_step_interval_s", 3.3);
+      },
+      {0.3, 1});
+  add("zero_jump_each_second", kJumpsN, "N",
+      [](SimulationConfig& rig, double newtons) {
+        set(rig, "sensor_step_n", newtons);
+        set(rig, "sensor_step_interval_s", 0.97);
+      },
+      {0.15, 3});
   const std::size_t touched = all.size();
-  add("zero_jump_touched", kJumpsN, "N", [](SimulationConfig& rig, double newtons) {
-    set(rig, "sensor_step_n", newtons);
-    set(rig, "sensor_step_interval_s", 0.73);
-  }, {0.2, 0.5, 2});
+  add("zero_jump_touched", kJumpsN, "N",
+      [](SimulationConfig& rig, double newtons) {
+        set(rig, "sensor_step_n", newtons);
+        set(rig, "sensor_step_interval_s", 0.73);
+      },
+      {0.2, 0.5, 2});
   for (std::size_t i = touched; i < all.size(); ++i) {
     all[i].motion = TrustMotion::kPressOften;
     all[i].needs_object = true;
