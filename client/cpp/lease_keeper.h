@@ -24,7 +24,6 @@ class LeaseKeeper {
   LeaseKeeper(const LeaseKeeper&) = delete;
   LeaseKeeper& operator=(const LeaseKeeper&) = delete;
 
-  v1::LeaseService::Stub& stub() { return *stub_; }
   std::string token() const;
   /// Keeps a lease from now on. Throws Error (kUnreadable) if it is not a grant.
   void keep(const v1::LeaseGrant& grant);

@@ -12,7 +12,7 @@ constexpr std::chrono::seconds kFitting{120};
 }  // namespace
 
 v1::StartCalibrationResponse Client::start_calibration(const v1::StartCalibrationRequest& request) {
-  return state_->call(*state_->calibration, &v1::CalibrationService::Stub::StartCalibration, request);
+  return state_->call(&v1::CalibrationService::Stub::StartCalibration, request);
 }
 
 v1::PushReferencePosesResponse Client::push_reference_poses(
@@ -20,7 +20,8 @@ v1::PushReferencePosesResponse Client::push_reference_poses(
   grpc::ClientContext context;
   state_->keeper->add_to(context);
   v1::PushReferencePosesResponse response;
-  const auto writer = state_->calibration->PushReferencePoses(&context, &response);
+  const auto writer =
+      state_->stubs.get<v1::CalibrationService::Stub>().PushReferencePoses(&context, &response);
   for (const v1::PushReferencePosesRequest& piece : pieces) {
     if (!writer->Write(piece)) break;  // refused: the status says why
   }
@@ -34,44 +35,41 @@ v1::PushReferencePosesResponse Client::push_reference_poses(
 }
 
 v1::CalibrationProgress Client::finish_calibration() {
-  return state_->call(*state_->calibration, &v1::CalibrationService::Stub::FinishCalibration,
-                      v1::FinishCalibrationRequest(), kFitting);
+  return state_->call(&v1::CalibrationService::Stub::FinishCalibration, v1::FinishCalibrationRequest(),
+                      kFitting);
 }
 
 v1::CalibrationProgress Client::cancel_calibration() {
-  return state_->call(*state_->calibration, &v1::CalibrationService::Stub::CancelCalibration,
-                      v1::CancelCalibrationRequest(), kFitting);
+  return state_->call(&v1::CalibrationService::Stub::CancelCalibration, v1::CancelCalibrationRequest(),
+                      kFitting);
 }
 
 CalibrationStream Client::watch_calibration(const std::string& calibration) {
   v1::WatchCalibrationRequest request;
   request.set_calibration(calibration);
-  return CalibrationStream(streaming<v1::CalibrationProgress>(
-      std::shared_ptr(v1::CalibrationService::NewStub(state_->channel)), state_->options.address,
-      *state_->keeper, request, &v1::CalibrationService::Stub::AsyncWatchCalibration));
+  return CalibrationStream(state_->stream(&v1::CalibrationService::Stub::AsyncWatchCalibration, request));
 }
 
 v1::ListCalibrationsResponse Client::calibrations() {
-  return state_->call(*state_->calibration, &v1::CalibrationService::Stub::ListCalibrations,
-                      v1::ListCalibrationsRequest());
+  return state_->call(&v1::CalibrationService::Stub::ListCalibrations, v1::ListCalibrationsRequest());
 }
 
 v1::Calibration Client::calibration(const std::string& hash) {
   v1::GetCalibrationRequest request;
   request.set_hash(hash);
-  return state_->call(*state_->calibration, &v1::CalibrationService::Stub::GetCalibration, request);
+  return state_->call(&v1::CalibrationService::Stub::GetCalibration, request);
 }
 
 std::string Client::adopt_calibration(const std::string& hash) {
   v1::AdoptCalibrationRequest request;
   request.set_hash(hash);
-  return state_->call(*state_->calibration, &v1::CalibrationService::Stub::AdoptCalibration, request).hash();
+  return state_->call(&v1::CalibrationService::Stub::AdoptCalibration, request).hash();
 }
 
 void Client::delete_calibration(const std::string& hash) {
   v1::DeleteCalibrationRequest request;
   request.set_hash(hash);
-  state_->call(*state_->calibration, &v1::CalibrationService::Stub::DeleteCalibration, request);
+  state_->call(&v1::CalibrationService::Stub::DeleteCalibration, request);
 }
 
 }  // namespace hapticd::client

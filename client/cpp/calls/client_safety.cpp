@@ -11,11 +11,11 @@ StopOutcome Client::stop(const std::string& reason) {
 }
 
 v1::ClearResponse Client::clear() {
-  return state_->call(*state_->safety, &v1::SafetyService::Stub::Clear, v1::ClearRequest());
+  return state_->call(&v1::SafetyService::Stub::Clear, v1::ClearRequest());
 }
 
 v1::ListFaultsResponse Client::faults() {
-  return state_->call(*state_->safety, &v1::SafetyService::Stub::ListFaults, v1::ListFaultsRequest());
+  return state_->call(&v1::SafetyService::Stub::ListFaults, v1::ListFaultsRequest());
 }
 
 }  // namespace hapticd::client
