@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <string>
 #include <string_view>
 
 #include "server/config/access_config.h"
@@ -120,7 +119,5 @@ inline constexpr auto kAccessTable = [] {
 
 /// Row of "RigService/GetRigInfo"; nullptr if there is none.
 const AccessRow* find_access_row(std::string_view method);
-/// The table as docs/access.md prints it.
-std::string access_table_markdown();
 
 }  // namespace hapticd::server

@@ -1,6 +1,5 @@
 #include "server/access/certificate.h"
 
-#include <fmt/format.h>
 #include <openssl/bio.h>
 #include <openssl/bn.h>
 #include <openssl/err.h>
@@ -32,7 +31,6 @@ using Certificate = std::unique_ptr<X509, Free<X509_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY_free>>;
 using Store = std::unique_ptr<X509_STORE, Free<X509_STORE_free>>;
 using Check = std::unique_ptr<X509_STORE_CTX, Free<X509_STORE_CTX_free>>;
-using Memory = std::unique_ptr<BIO, Free<BIO_free_all>>;
 
 hal::Error unusable(const char* what, const std::string& path, const std::string& why) {
   return {what, path, why, "", kMakeThem};
@@ -70,13 +68,6 @@ hal::Result<Key> read_key(const std::string& path) {
 }
 
 }  // namespace
-
-std::string serial_of_certificate(const std::string& pem) {
-  const Memory memory(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
-  const Certificate certificate(PEM_read_bio_X509(memory.get(), nullptr, nullptr, nullptr));
-  ERR_clear_error();
-  return names_of_certificate(certificate.get()).serial;
-}
 
 CertificateNames names_of_certificate(const X509* certificate) {
   CertificateNames found;

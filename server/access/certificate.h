@@ -10,9 +10,6 @@
 
 namespace hapticd::server {
 
-/// Serial number of a certificate in PEM, as upper-case hexadecimal digits; empty if it is none.
-std::string serial_of_certificate(const std::string& pem);
-
 /// Names by which a certificate identifies its holder.
 struct CertificateNames {
   std::string uri;     ///< the first of its subject alternative names that is one; empty: none

@@ -124,11 +124,6 @@ Identity RolePolicy::of_certificate(const std::string& uri, const std::string& s
   return identity;
 }
 
-bool RolePolicy::denies_serials() const {
-  return std::any_of(config_.denied.begin(), config_.denied.end(),
-                     [](const auto& line) { return line.first.starts_with(kSerial); });
-}
-
 LeaseRule RolePolicy::lease_rule(const Identity& identity) const {
   if (config_.lease != LeaseRule::kByConnection) return config_.lease;
   return identity.is_remote() ? LeaseRule::kRequired : LeaseRule::kWhenTaken;

@@ -40,8 +40,6 @@ class RolePolicy {
   /// `uri`: of the client's certificate, empty if it has none; `serial` in hexadecimal digits. The role that
   /// it names counts only if it names the lab of this daemon ([access] lab).
   Identity of_certificate(const std::string& uri, const std::string& serial) const;
-  /// True if any line of the deny list names a serial number: only then it has to be found out.
-  bool denies_serials() const;
 
   LeaseRule lease_rule(const Identity& identity) const;
   const AccessConfig& config() const { return config_; }

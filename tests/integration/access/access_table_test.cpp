@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string>
 
+#include "server/access/role_policy.h"
+
 namespace hapticd::server {
 namespace {
 
@@ -72,6 +74,17 @@ TEST(AccessTable, NeedsTheLeaseForWhatChangesWhatItsHolderUses) {
         "CalibrationService/PushReferencePoses", "LeaseService/TakeLease"}) {
     EXPECT_FALSE(find_access_row(method)->needs_lease) << method;
   }
+}
+
+/// The table as docs/access.md prints it.
+std::string access_table_markdown() {
+  std::string text = "| call | role | lease | audit |\n|---|---|---|---|\n";
+  for (const AccessRow& row : kAccessTable) {
+    const std::string role = row.role == Role::kNone ? "any identity" : std::string(to_text(row.role));
+    text += "| `" + std::string(row.method) + "` | " + role + " | " + (row.needs_lease ? "yes" : "no") +
+            " | " + (row.is_audited ? "always" : "where refused") + " |\n";
+  }
+  return text;
 }
 
 TEST(AccessTable, StandsInTheDocumentation) {

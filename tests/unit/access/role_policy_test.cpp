@@ -113,7 +113,6 @@ TEST(RolePolicy, DeniesByNameAndBySerialNumber) {
   EXPECT_TRUE(lost.is_denied);
   EXPECT_EQ(lost.denied_why, "laptop lost");
   EXPECT_FALSE(policy.of_certificate("spiffe://lab/hapticd/operator/anna", "0A1C").is_denied);
-  EXPECT_TRUE(policy.denies_serials());
 }
 
 }  // namespace
