@@ -83,8 +83,12 @@ class TomlTable {
   // What describes a section for a TomlWriter too.
 
   /// Reads as read() does.
+  void field(std::string_view key, std::string& value, std::size_t longest = 1024) {
+    read(key, value, longest);
+  }
   template <class Value, class... Limits>
-  void field(std::string_view key, Value& value, const Limits&... limits) {
+  requires(!std::is_same_v<Value, std::string>) void field(std::string_view key, Value& value,
+                                                           const Limits&... limits) {
     read(key, value, limits...);
   }
   /// Reads the key if it is there; otherwise there is no value, as before.
