@@ -1,7 +1,5 @@
 #include "hal/axis_map.h"
 
-#include <optional>
-
 namespace hapticd::hal {
 
 namespace {

@@ -1,7 +1,6 @@
 #include "hal/force_mean.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace hapticd::hal {

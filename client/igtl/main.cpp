@@ -4,7 +4,6 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <map>
 
 #include "client/igtl/bridge.h"
 #include "proto/text/utf8_text.h"

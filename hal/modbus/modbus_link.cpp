@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <string_view>
 #include <thread>
 
 #include "hal/modbus/modbus_request.h"

@@ -1,8 +1,6 @@
 #include "hal/netft/netft_config.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 
 #include "hal/axis_map.h"
 #include "hal/nano17_calibration.h"

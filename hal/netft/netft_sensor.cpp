@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <asio.hpp>
 #include <cmath>
-#include <cstdio>
 #include <exception>
 #include <limits>
 

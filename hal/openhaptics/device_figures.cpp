@@ -1,6 +1,5 @@
 #include "hal/openhaptics/device_figures.h"
 
-#include <algorithm>
 #include <cctype>
 
 namespace hapticd::openhaptics {

@@ -11,7 +11,6 @@
 #include <array>
 #include <fstream>
 #include <sstream>
-#include <vector>
 
 #include "server/process/service_manager.h"
 

@@ -1,7 +1,5 @@
 #include "server/scene/scene_host.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <thread>

@@ -20,7 +20,6 @@
 // clang-format on
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 

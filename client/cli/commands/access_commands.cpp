@@ -1,6 +1,4 @@
-#include <fmt/core.h>
 
-#include <memory>
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/print.h"

@@ -1,4 +1,3 @@
-#include <fmt/core.h>
 
 #include "client/cli/commands/bash_completion.h"
 #include "client/cli/commands/commands.h"

@@ -1,4 +1,3 @@
-#include <fmt/core.h>
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/fleet/rigs_file.h"

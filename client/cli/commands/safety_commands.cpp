@@ -1,4 +1,3 @@
-#include <fmt/core.h>
 
 #include <chrono>
 #include <memory>
@@ -37,8 +36,8 @@ void add_safety_commands(CLI::App& app, Session& session) {
                outcome.first == client::StopPath::kStopPort ? "stop port" : "service", after_ms,
                outcome.both_answered ? "; both paths answered" : "");
     if (!outcome.both_answered) {
-      print_error_line("hapticctl: the other path did not answer{}{}",
-                 outcome.problem.empty() ? "" : ": ", outcome.problem);
+      print_error_line("hapticctl: the other path did not answer{}{}", outcome.problem.empty() ? "" : ": ",
+                       outcome.problem);
     }
     for (const std::string& repair : answer.repairs()) print_line("{}", repair);
   });

@@ -1,7 +1,5 @@
 #include "client/cli/commands/stored_model_commands.h"
 
-#include <fmt/core.h>
-
 #include <filesystem>
 #include <fstream>
 #include <iostream>

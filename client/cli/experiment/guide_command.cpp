@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "client/cli/commands/commands.h"

@@ -1,9 +1,7 @@
-#include <fmt/core.h>
 
 #include <algorithm>
 #include <fstream>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "client/cli/commands/commands.h"

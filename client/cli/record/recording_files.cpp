@@ -1,7 +1,5 @@
 #include "client/cli/record/recording_files.h"
 
-#include <fmt/core.h>
-
 #include <filesystem>
 #include <sstream>
 #include <utility>

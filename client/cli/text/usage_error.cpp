@@ -1,6 +1,5 @@
 #include "client/cli/text/usage_error.h"
 
-#include <algorithm>
 #include <string>
 #include <vector>
 

@@ -16,7 +16,6 @@
 #include <charconv>
 #include <cstring>
 #include <memory>
-#include <optional>
 #include <string_view>
 #include <utility>
 

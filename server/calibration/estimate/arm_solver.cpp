@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 
 #include "server/calibration/estimate/median.h"
 #include "server/linear_algebra/least_squares.h"

@@ -1,7 +1,6 @@
 #include "server/calibration/estimate/nominal_arm.h"
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cmath>
 #include <cstddef>
 

@@ -1,7 +1,6 @@
 #include "server/calibration/estimate/streams.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace hapticd::calibration {

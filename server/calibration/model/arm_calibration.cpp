@@ -1,6 +1,5 @@
 #include "server/calibration/model/arm_calibration.h"
 
-#include <array>
 #include <cmath>
 
 namespace hapticd::calibration {

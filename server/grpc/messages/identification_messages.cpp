@@ -1,7 +1,6 @@
 #include "server/grpc/messages/identification_messages.h"
 
 #include <cmath>
-#include <utility>
 
 #include "server/grpc/messages/status.h"
 #include "server/text/utf8_text.h"

@@ -1,7 +1,6 @@
 #include "server/grpc/recording/recording_service.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

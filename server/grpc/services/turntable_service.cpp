@@ -1,7 +1,6 @@
 #include "server/grpc/services/turntable_service.h"
 
 #include <cmath>
-#include <string>
 
 #include "hal/turntable.h"
 #include "server/grpc/calls/call.h"

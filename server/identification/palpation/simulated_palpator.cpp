@@ -1,7 +1,6 @@
 #include "server/identification/palpation/simulated_palpator.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hapticd::server {
 

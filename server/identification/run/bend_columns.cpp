@@ -1,6 +1,5 @@
 #include "server/identification/run/bend_columns.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "rt/signal/vector.h"

@@ -4,7 +4,6 @@
 
 #include <iterator>
 #include <system_error>
-#include <utility>
 
 namespace hapticd::server {
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <utility>
 
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"

@@ -1,7 +1,6 @@
 #include "server/identification/session/inclusion/press_collector.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "rt/signal/ticks.h"
