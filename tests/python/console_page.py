@@ -150,27 +150,27 @@ class Page:
 SIZE = (1440, 900)
 
 
-def start_browser(profile: Path) -> Any:
+def started_browser(profile: Path, *flags: str, size: tuple[int, int] = SIZE) -> Iterator[Any]:
+    """Chromium without a window, to its end; the test is skipped if it is not installed."""
+    if not shutil.which("chromium"):
+        pytest.skip("chromium is not installed")
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
     options = webdriver.ChromeOptions()
     options.binary_location = "/usr/bin/chromium"
-    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", f"--window-size={SIZE[0]},{SIZE[1]}", f"--user-data-dir={profile}"):
-        options.add_argument(flag)
+    for flag in ("headless=new", "no-sandbox", "disable-dev-shm-usage", f"window-size={size[0]},{size[1]}", f"user-data-dir={profile}", *flags):
+        options.add_argument("--" + flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
     driver.set_script_timeout(PATIENCE_S)
-    return driver
+    yield driver
+    driver.quit()
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    if not shutil.which("chromium"):
-        pytest.skip("chromium is not installed")
-    driver = start_browser(tmp_path_factory.mktemp("profile"))
-    yield driver
-    driver.quit()
+    yield from started_browser(tmp_path_factory.mktemp("profile"), "disable-gpu")
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import json
 import os
 import re
 import shlex
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,6 +19,7 @@ from urllib.parse import urlsplit
 import pytest
 
 import hapticd
+from console_page import started_browser
 from hapticd import errors
 from hapticd.experiment import analysis, export, journal, protocol, readiness, reporting, runner, stage
 from hapticd.experiment.__main__ import main
@@ -380,19 +380,7 @@ def test_an_interrupted_session_names_the_command_that_goes_on(
 
 @pytest.fixture
 def browser(tmp_path: Path) -> Iterator[Any]:
-    if not shutil.which("chromium"):
-        pytest.skip("chromium is not installed")
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = "/usr/bin/chromium"
-    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--autoplay-policy=no-user-gesture-required",
-                 "--window-size=1280,800", f"--user-data-dir={tmp_path / 'profile'}"):  # fmt: skip
-        options.add_argument(flag)
-    driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
-    yield driver
-    driver.quit()
+    yield from started_browser(tmp_path / "profile", "disable-gpu", "autoplay-policy=no-user-gesture-required", size=(1280, 800))
 
 
 def test_the_page_in_a_browser(browser: Any, tmp_path: Path) -> None:

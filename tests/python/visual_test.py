@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import http.server
-import shutil
 import subprocess
 import threading
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any, Iterator
 
 import pytest
 
+from console_page import started_browser
 from daemon import BINARIES, Daemon
 
 PAGES = Path(__file__).resolve().parents[2] / "client/console/page"
@@ -19,20 +19,7 @@ PAGES = Path(__file__).resolve().parents[2] / "client/console/page"
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    if not shutil.which("chromium"):
-        pytest.skip("chromium is not installed")
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = "/usr/bin/chromium"
-    for flag in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
-                 "--window-size=1000,700", f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):  # fmt: skip
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
-    yield driver
-    driver.quit()
+    yield from started_browser(tmp_path_factory.mktemp("profile"), "enable-unsafe-swiftshader", "ignore-gpu-blocklist", size=(1000, 700))
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
