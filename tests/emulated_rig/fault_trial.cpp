@@ -1,7 +1,6 @@
 #include "tests/emulated_rig/fault_trial.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hapticd::test {
 

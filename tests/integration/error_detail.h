@@ -24,6 +24,7 @@ struct Expected {
 };
 void expect_refused(const grpc::Status& status, const Expected& expected);
 /// The code that a program branches on, and the place.
+void expect_refused(const grpc::Status& status, grpc::StatusCode code, const std::string& where);
 void expect_refused(const grpc::Status& status, grpc::StatusCode code, v1::ErrorReason reason,
                     const std::string& where);
 

@@ -8,6 +8,11 @@
 
 namespace hapticd::test {
 
+testing::AssertionResult ok(const grpc::Status& status) {
+  if (status.ok()) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << status.error_message();
+}
+
 std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds timeout) {
   auto context = std::make_unique<grpc::ClientContext>();
   context->set_deadline(std::chrono::system_clock::now() + timeout);
@@ -63,8 +68,7 @@ ServiceClient::ServiceClient(std::shared_ptr<grpc::Channel> connection)
 
 v1::RigState ServiceClient::state() const {
   v1::RigState state;
-  const grpc::Status status = rig->GetRigState(call_context().get(), {}, &state);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(rig->GetRigState(call_context().get(), {}, &state)));
   return state;
 }
 
@@ -86,6 +90,16 @@ grpc::Status ServiceClient::set_target(const v1::SetTargetRequest& request,
                                        v1::SetTargetResponse* response) const {
   v1::SetTargetResponse unused;
   return rendering->SetTarget(call_context().get(), request, response != nullptr ? response : &unused);
+}
+
+grpc::Status ServiceClient::stop(const v1::StopRequest& request) const {
+  v1::StopResponse unused;
+  return safety->Stop(call_context().get(), request, &unused);
+}
+
+grpc::Status ServiceClient::clear() const {
+  v1::ClearResponse unused;
+  return safety->Clear(call_context().get(), {}, &unused);
 }
 
 v1::RigState ServiceClient::await(const Condition& condition) const {
@@ -118,8 +132,8 @@ RunningService::RunningService(const server::DaemonConfig& config) : RunningServ
 
 RunningService::RunningService(std::unique_ptr<server::Daemon> running)
     : ServiceClient(connect("127.0.0.1:" + std::to_string(running->port()))), daemon(std::move(running)) {
-  // It ends no daemon, either: OpenSSL writes to what may be closed. Caught rather than ignored, so that the programs
-  // that a test starts get it.
+  // It ends no daemon, either: OpenSSL writes to what may be closed. Caught rather than ignored, so that the
+  // programs that a test starts get it.
   std::signal(SIGPIPE, [](int) {});
 }
 
@@ -133,8 +147,7 @@ v1::RigState RunningService::press(double force_n, const Condition& pressed) con
   v1::RigState now;
   while (std::chrono::steady_clock::now() < until) {
     v1::SetHandProgramResponse response;
-    const grpc::Status status = simulation->SetHandProgram(call_context().get(), request, &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_TRUE(ok(simulation->SetHandProgram(call_context().get(), request, &response)));
     const auto again = std::chrono::steady_clock::now() + kPressTimeout;
     while (std::chrono::steady_clock::now() < again) {
       now = state();

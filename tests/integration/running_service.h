@@ -1,6 +1,7 @@
 #pragma once
 
 #include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
 
 #include <functional>
 #include <memory>
@@ -23,6 +24,9 @@ namespace hapticd::test {
 /// How long a test waits for what must happen; far beyond what it takes, so that a slow machine fails no
 /// test.
 inline constexpr std::chrono::seconds kTimeout{60};
+
+/// Whether a call succeeded; if not, with what it was refused.
+testing::AssertionResult ok(const grpc::Status& status);
 
 /// A context whose call ends in an error rather than never.
 std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds timeout = kTimeout);
@@ -55,6 +59,8 @@ class ServiceClient {
   grpc::Status load_toml(const std::string& toml) const;
   grpc::Status set_target(const v1::SetTargetRequest& request,
                           v1::SetTargetResponse* response = nullptr) const;
+  grpc::Status stop(const v1::StopRequest& request = {}) const;
+  grpc::Status clear() const;
   /// Looks at the rig's state until `condition` holds; fails the test when it never does.
   v1::RigState await(const Condition& condition) const;
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/lab.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/child_process.h"
+#include "tests/support/lab.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -29,8 +29,7 @@ TEST(Tutorials, TheFirstSceneLoadsAndIsSofterOutsideThanInside) {
   object.set_name("foam_ball_3d");
   v1::SetObjectResponse placed;
   ASSERT_TRUE(service.simulation->SetObject(call_context().get(), object, &placed).ok());
-  const grpc::Status loaded = service.load_toml(text_of("tests/integration/tutorial/soft_with_core.toml"));
-  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  ASSERT_TRUE(ok(service.load_toml(text_of("tests/integration/tutorial/soft_with_core.toml"))));
   const auto target_above = [](double n_per_mm) {
     return [n_per_mm](const v1::RigState& s) {
       return s.in_contact() && s.target_stiffness_n_per_mm() > n_per_mm;

@@ -16,7 +16,6 @@
 #include <cstring>
 #include <limits>
 #include <mutex>
-#include <new>
 #include <thread>
 #include <vector>
 

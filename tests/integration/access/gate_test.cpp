@@ -75,12 +75,9 @@ TEST(Gate, RefusesEveryCallThatTheRoleDoesNotHaveAndNoOther) {
 
 TEST(Gate, LetsAnObserverStopButNotClear) {
   const RunningService service(config_with(Role::kObserver));
-  v1::StopResponse stopped;
-  EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  EXPECT_TRUE(service.stop().ok());
   service.await([](const v1::RigState& state) { return state.guard_state() == v1::GUARD_STATE_LATCHED; });
-  v1::ClearResponse cleared;
-  EXPECT_EQ(service.safety->Clear(call_context().get(), {}, &cleared).error_code(),
-            grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(service.clear().error_code(), grpc::StatusCode::PERMISSION_DENIED);
 }
 
 TEST(Gate, OneIdentityHasSoManyCallsAndMayAlwaysStop) {
@@ -103,8 +100,7 @@ TEST(Gate, OneIdentityHasSoManyCallsAndMayAlwaysStop) {
   const grpc::Status refused = service.rig->GetRigState(call_context().get(), {}, &state);
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_EQ(detail_of(refused).limit(), "access.max_calls = 16");
-  v1::StopResponse stopped;
-  EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  EXPECT_TRUE(service.stop().ok());
   contexts.front()->TryCancel();
   streams.front()->Finish();
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
@@ -160,8 +156,7 @@ TEST(Gate, LetsTheDeniedDoNothing) {
   config.access.denied["user:" + server::user_of_id(getuid()).name] = "left the lab";
   config.access.denied["local"] = "left the lab";
   const RunningService service(config);
-  v1::StopResponse stopped;
-  const grpc::Status status = service.safety->Stop(call_context().get(), {}, &stopped);
+  const grpc::Status status = service.stop();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_NOT_IDENTIFIED);
   EXPECT_NE(detail_of(status).what().find("left the lab"), std::string::npos);
@@ -269,10 +264,8 @@ TEST(Audit, HasOneLineForEachRefusedOrStateChangingCall) {
     (void)service.state();
     v1::StopRequest stop;
     stop.set_reason("tool change");
-    v1::StopResponse stopped;
-    EXPECT_TRUE(service.safety->Stop(call_context().get(), stop, &stopped).ok());
-    v1::ClearResponse cleared;
-    EXPECT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok());
+    EXPECT_TRUE(service.stop(stop).ok());
+    EXPECT_TRUE(service.clear().ok());
   }
   const std::string text = text_of_file(config.access.audit_file);
   std::vector<std::string> lines;

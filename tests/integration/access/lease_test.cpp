@@ -44,8 +44,7 @@ TEST(LeaseService, RefusesTheCommandsOfOthersAndNamesItsHolder) {
   EXPECT_EQ(detail_of(refused).reason(), v1::ERROR_REASON_LEASE_HELD);
   EXPECT_NE(detail_of(refused).what().find("calibration"), std::string::npos);
   EXPECT_EQ(detail_of(other.acquire()).reason(), v1::ERROR_REASON_LEASE_HELD);
-  v1::StopResponse stopped;
-  EXPECT_TRUE(other.safety->Stop(call_context().get(), {}, &stopped).ok()) << "all may stop";
+  EXPECT_TRUE(other.stop().ok()) << "all may stop";
   v1::ClearResponse cleared;
   EXPECT_TRUE(other.safety->Clear(call_context().get(), {}, &cleared).ok()) << "the holder's own user";
   EXPECT_TRUE(holder.safety->Clear(holder.context().get(), {}, &cleared).ok());
@@ -174,8 +173,7 @@ TEST(LeaseService, AnIdentificationEndsWithItsLease) {
   v1::StartIdentificationRequest request;
   request.mutable_tool();
   v1::StartIdentificationResponse started;
-  const grpc::Status status = identification->StartIdentification(holder.context().get(), request, &started);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(identification->StartIdentification(holder.context().get(), request, &started)));
   ASSERT_TRUE(taker.take().ok());
   v1::WatchIdentificationRequest watched;
   watched.set_identification(started.identification());
@@ -228,8 +226,7 @@ TEST(LeaseService, TheForceOfALostHolderRampsToZeroAndStaysOff) {
   EXPECT_EQ(lost.guard_fault(), v1::GUARD_FAULT_CLIENT_LOST);
   EXPECT_EQ(holder.lease_state().change(), v1::LEASE_CHANGE_EXPIRED);
   EXPECT_EQ(detail_of(holder.set(0.3)).reason(), v1::ERROR_REASON_LEASE_LOST);
-  v1::ClearResponse cleared;
-  EXPECT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok()) << "any operator";
+  EXPECT_TRUE(service.clear().ok()) << "any operator";
 }
 
 #ifdef HAPTICCTL_BINARY  // where hapticctl is built

@@ -57,8 +57,7 @@ struct Everywhere {
     // Again where a stop of a flood was still on its way.
     service.await([&](const v1::RigState& s) {
       if (s.guard_state() != v1::GUARD_STATE_LATCHED) return true;
-      v1::ClearResponse cleared;
-      service.safety->Clear(call_context().get(), {}, &cleared);
+      service.clear();
       return false;
     });
   }
@@ -129,8 +128,7 @@ TEST(StopPath, OfTheServiceIsWrittenDownSoManyTimesASecond) {
     }
     v1::StopRequest mine;
     mine.set_reason("the finger hurts");
-    v1::StopResponse stopped;
-    ASSERT_TRUE(daemon.service.safety->Stop(call_context().get(), mine, &stopped).ok());
+    ASSERT_TRUE(daemon.service.stop(mine).ok());
     std::this_thread::sleep_for(std::chrono::milliseconds(1100));
     raw_call(daemon.service.channel, "/hapticd.v1.SafetyService/Stop", "\xff\xff\xff\xff");
     took = std::chrono::steady_clock::now() - began;

@@ -4,9 +4,7 @@
 
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -14,8 +12,8 @@
 
 #include "client/cpp/client.h"
 #include "server/diagnosis/certificate_findings.h"
-#include "tests/support/lab.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/lab.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {

@@ -7,6 +7,7 @@
 #include "server/rig/rig_factory.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -16,17 +17,16 @@ hal::Result<DaemonConfig> read_configuration(const std::string& text) {
 }
 
 TEST(Configuration, AnEmptyFileMeansTheDefaults) {
-  const auto config = parse_config("", "hapticd.toml");
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(config->listen.text(), "127.0.0.1:50051");
-  EXPECT_EQ(config->loop.rate_hz, 1000.0);
-  EXPECT_EQ(config->rig, RigChoice::kSimulated);
-  EXPECT_TRUE(config->simulation.real_time);
-  EXPECT_FALSE(config->replay.as_fast_as_possible);
+  const auto config = test::value_of(parse_config("", "hapticd.toml"));
+  EXPECT_EQ(config.listen.text(), "127.0.0.1:50051");
+  EXPECT_EQ(config.loop.rate_hz, 1000.0);
+  EXPECT_EQ(config.rig, RigChoice::kSimulated);
+  EXPECT_TRUE(config.simulation.real_time);
+  EXPECT_FALSE(config.replay.as_fast_as_possible);
 }
 
 TEST(Configuration, WhatIsWrittenReadsBackAsTheSame) {
-  const auto config = parse_config(R"(
+  const auto config = test::value_of(parse_config(R"(
 [loop]
 rate_hz = 2500
 fifo_priority = 42
@@ -66,9 +66,8 @@ store = "/var/lib/hapticd/models.sqlite"
 [log]
 level = "debug"
 )",
-                                   "hapticd.toml");
-  ASSERT_TRUE(config) << config.error().text();
-  const std::string text = write_config(*config);
+                                                  "hapticd.toml"));
+  const std::string text = write_config(config);
   const auto again = parse_config(text, "written");
   ASSERT_TRUE(again) << again.error().text() << "\n" << text;
   EXPECT_EQ(write_config(*again), text);
@@ -145,9 +144,8 @@ TEST(Configuration, AFileThatIsNotThereIsRefused) {
 TEST(Configuration, ListensOnLoopbackOnly) {
   using enum hal::ErrorCode;
   for (const char* address : {"127.0.0.1:50051", "127.1.2.3:0", "localhost:80", "[::1]:443"}) {
-    const auto parsed = parse_listen_address(address, "--listen");
-    ASSERT_TRUE(parsed) << parsed.error().text();
-    EXPECT_EQ(parsed->text(), address);
+    const auto parsed = test::value_of(parse_listen_address(address, "--listen"));
+    EXPECT_EQ(parsed.text(), address);
   }
   std::vector<test::RefusedText> refused{{"lab.example.org:50051", "--listen", kOutOfRange},
                                          {":1", "--listen", kOutOfRange}};
@@ -165,9 +163,8 @@ TEST(Configuration, ListensOnLoopbackOnly) {
 TEST(Configuration, ListensElsewhereWithCertificatesOnly) {
   using enum hal::ErrorCode;
   for (const char* address : {"192.168.1.7:50051", "[fd00::20]:50051", "0.0.0.0:50052", "127.0.0.1:50052"}) {
-    const auto parsed = parse_tls_address(address, "--listen-tls");
-    ASSERT_TRUE(parsed) << parsed.error().text();
-    EXPECT_EQ(parsed->text(), address);
+    const auto parsed = test::value_of(parse_tls_address(address, "--listen-tls"));
+    EXPECT_EQ(parsed.text(), address);
   }
   EXPECT_FALSE(parse_tls_address("lab1:50051", "--listen-tls")) << "names may mean another address there";
   ConfigOverrides overrides;
@@ -203,21 +200,19 @@ TEST(Configuration, KeysOfTheConsoleThatMovedAreRefusedWithTheirPlace) {
 }
 
 TEST(Configuration, AccessHasRolesByName) {
-  const auto config = parse_config(
+  const auto config = test::value_of(parse_config(
       "[access]\nlease = \"required\"\nlocal_role = \"observer\"\n[access.users]\nanna = \"operator\"\n"
       "[access.certificates]\n\"spiffe://lab/hapticd/observer/ben\" = \"maintainer\"\n"
       "[access.denied]\n\"serial:0A1B\" = \"laptop lost\"\n",
-      "hapticd.toml");
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(config->access.lease, LeaseRule::kRequired);
-  EXPECT_EQ(config->access.local_role, Role::kObserver);
-  EXPECT_EQ(config->access.users.at("anna"), Role::kOperator);
-  EXPECT_EQ(config->access.certificates.at("spiffe://lab/hapticd/observer/ben"), Role::kMaintainer);
-  EXPECT_EQ(config->access.denied.at("serial:0A1B"), "laptop lost");
-  const auto again = parse_config(write_config(*config), "again");
-  ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(again->access.users, config->access.users);
-  EXPECT_EQ(again->access.denied, config->access.denied);
+      "hapticd.toml"));
+  EXPECT_EQ(config.access.lease, LeaseRule::kRequired);
+  EXPECT_EQ(config.access.local_role, Role::kObserver);
+  EXPECT_EQ(config.access.users.at("anna"), Role::kOperator);
+  EXPECT_EQ(config.access.certificates.at("spiffe://lab/hapticd/observer/ben"), Role::kMaintainer);
+  EXPECT_EQ(config.access.denied.at("serial:0A1B"), "laptop lost");
+  const auto again = test::value_of(parse_config(write_config(config), "again"));
+  EXPECT_EQ(again.access.users, config.access.users);
+  EXPECT_EQ(again.access.denied, config.access.denied);
 }
 
 TEST(Configuration, ASimulatedRigIsPutUnderTheConditionsOfALabByName) {
@@ -231,19 +226,17 @@ TEST(Configuration, ASimulatedRigIsPutUnderTheConditionsOfALabByName) {
     EXPECT_EQ(config.simulation.device, device) << text;
     EXPECT_EQ(config.simulation.conditions, conditions) << text;
   }
-  const auto file = parse_config(
-      "[rig.sim]\nobject_edge_mm = 12\nobject_slides_above_n = 0.5\n"
-      "[rig.sim.conditions]\npreset = \"lab\"\nsensor_drift_n_per_s = 0.002\n",
-      "hapticd.toml");
-  ASSERT_TRUE(file) << file.error().text();
-  EXPECT_EQ(file->simulation.conditions, "lab");
-  EXPECT_EQ(file->simulation.condition_values.at("sensor_drift_n_per_s"), 0.002);
-  EXPECT_EQ(file->simulation.hold.edge_mm, 12.0);
-  const auto again = parse_config(write_config(*file), "hapticd.toml");
-  ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(again->simulation.conditions, "lab");
-  EXPECT_EQ(again->simulation.condition_values, file->simulation.condition_values);
-  EXPECT_EQ(again->simulation.hold.slides_above_n, 0.5);
+  const auto file =
+      test::value_of(parse_config("[rig.sim]\nobject_edge_mm = 12\nobject_slides_above_n = 0.5\n"
+                                  "[rig.sim.conditions]\npreset = \"lab\"\nsensor_drift_n_per_s = 0.002\n",
+                                  "hapticd.toml"));
+  EXPECT_EQ(file.simulation.conditions, "lab");
+  EXPECT_EQ(file.simulation.condition_values.at("sensor_drift_n_per_s"), 0.002);
+  EXPECT_EQ(file.simulation.hold.edge_mm, 12.0);
+  const auto again = test::value_of(parse_config(write_config(file), "hapticd.toml"));
+  EXPECT_EQ(again.simulation.conditions, "lab");
+  EXPECT_EQ(again.simulation.condition_values, file.simulation.condition_values);
+  EXPECT_EQ(again.simulation.hold.slides_above_n, 0.5);
 
   DaemonConfig config;
   ASSERT_FALSE(apply_rig_text("sim:phantom_1_0:lap", config));
@@ -262,14 +255,13 @@ TEST(Configuration, TheCommandLineGoesBeforeTheFile) {
   overrides.rig = "sim:phantom_1_5_high_force";
   overrides.listen = "localhost:0";
   overrides.log_level = "error";
-  const auto config = override_config(*file, overrides);
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(config->loop.rate_hz, 4000.0);
-  EXPECT_EQ(config->simulation.rate_hz, 4000.0);
-  EXPECT_EQ(config->simulation.device, "phantom_1_5_high_force");
-  EXPECT_EQ(config->simulation.object, "foam_ball");
-  EXPECT_EQ(config->listen.text(), "localhost:0");
-  EXPECT_EQ(config->log_level, LogLevel::kError);
+  const auto config = test::value_of(override_config(*file, overrides));
+  EXPECT_EQ(config.loop.rate_hz, 4000.0);
+  EXPECT_EQ(config.simulation.rate_hz, 4000.0);
+  EXPECT_EQ(config.simulation.device, "phantom_1_5_high_force");
+  EXPECT_EQ(config.simulation.object, "foam_ball");
+  EXPECT_EQ(config.listen.text(), "localhost:0");
+  EXPECT_EQ(config.log_level, LogLevel::kError);
 }
 
 TEST(Configuration, TheCommandLineIsCheckedToo) {
@@ -395,9 +387,8 @@ TEST(RigFile, ReplaysARecordingBesideARealDevice) {
       folder.write("run.csv", "time_s,force_N,indentation_mm\n0,0,0\n0.001,0.1,0.01\n0.002,0.2,0.02\n");
   const std::string text =
       "[rig]\nkind = \"replay\"\ndevice = \"openhaptics\"\n[rig.replay]\npath = \"" + path + "\"\n";
-  const auto rig = rig_of(text);
-  ASSERT_TRUE(rig) << rig.error().text();
-  EXPECT_EQ((*rig)->info().name.find("openhaptics + replay"), 0U) << (*rig)->info().name;
+  const auto rig = test::value_of(rig_of(text));
+  EXPECT_EQ(rig->info().name.find("openhaptics + replay"), 0U) << rig->info().name;
   test::expect_refusals({{text + "speed = \"fast\"\n", "[rig.replay] speed", kContradiction}}, rig_of);
 }
 

@@ -10,6 +10,7 @@
 #include "server/model/canonical_text.h"
 #include "tests/support/model_examples.h"
 #include "tests/support/refusals.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -77,9 +78,8 @@ TEST(ModelJson, FrictionWithoutMaxwellSlipElementsHasTheTextItAlwaysHad) {
   const auto with = canonical_json(maxwell_slip_friction());
   ASSERT_TRUE(without && with);
   EXPECT_EQ(without->find("maxwell_slip"), std::string::npos) << "models stored before keep their hash";
-  const auto again = parse_canonical_json(*with, "test");
-  ASSERT_TRUE(again) << again.error().text();
-  const auto& read = std::get<rt::FrictionModel>(again->content).friction.maxwell_slip;
+  const auto again = test::value_of(parse_canonical_json(*with, "test"));
+  const auto& read = std::get<rt::FrictionModel>(again.content).friction.maxwell_slip;
   ASSERT_TRUE(read);
   EXPECT_EQ(read->reach_mm[1], 0.3);
   EXPECT_EQ(read->stiffness_per_mm[1], 1.0 / 3.0);
@@ -93,24 +93,22 @@ TEST(ModelJson, FrictionWithoutMaxwellSlipElementsHasTheTextItAlwaysHad) {
 
 TEST(ModelJson, TheTextIsCanonicalAndReadsBackAsTheSame) {
   for (const rt::IdentifiedModel& model : one_of_each()) {
-    const auto text = canonical_json(model);
-    ASSERT_TRUE(text) << text.error().text();
-    const auto again = parse_canonical_json(*text, "test");
-    ASSERT_TRUE(again) << again.error().text();
-    EXPECT_EQ(*canonical_json(*again), *text);
-    EXPECT_STREQ(rt::kind_name(again->content), rt::kind_name(model.content));
-    EXPECT_EQ(again->procedure, model.procedure);
-    EXPECT_EQ(again->parameters.size(), 2U);
-    EXPECT_TRUE(std::isinf(again->parameters[1].standard_error));
-    EXPECT_EQ(again->parameters[1].value, 1.0 / 3.0);
-    EXPECT_EQ(text->find('\n'), std::string::npos);
+    const auto text = test::value_of(canonical_json(model));
+    const auto again = test::value_of(parse_canonical_json(text, "test"));
+    EXPECT_EQ(*canonical_json(again), text);
+    EXPECT_STREQ(rt::kind_name(again.content), rt::kind_name(model.content));
+    EXPECT_EQ(again.procedure, model.procedure);
+    EXPECT_EQ(again.parameters.size(), 2U);
+    EXPECT_TRUE(std::isinf(again.parameters[1].standard_error));
+    EXPECT_EQ(again.parameters[1].value, 1.0 / 3.0);
+    EXPECT_EQ(text.find('\n'), std::string::npos);
     // Keys in order.
     std::vector<std::size_t> places;
     for (const char* key :
          {"\"content\":", "\"converged\":", "\"data_reference\":", "\"device\":", "\"kind\":"}) {
-      places.push_back(text->find(key));
+      places.push_back(text.find(key));
     }
-    EXPECT_TRUE(std::is_sorted(places.begin(), places.end())) << *text;
+    EXPECT_TRUE(std::is_sorted(places.begin(), places.end())) << text;
   }
 }
 
@@ -142,9 +140,8 @@ TEST(ModelJson, EveryNumberSurvivesBitForBit) {
       std::memcpy(&value, &pattern, sizeof value);
     } while (!std::isfinite(value) || std::abs(value) > 1e299);
     model.parameters[0].value = value;
-    const auto text = canonical_json(model);
-    ASSERT_TRUE(text) << text.error().text();
-    const auto again = parse_canonical_json(*text, "test");
+    const auto text = test::value_of(canonical_json(model));
+    const auto again = parse_canonical_json(text, "test");
     ASSERT_TRUE(again) << value;
     ASSERT_EQ(again->parameters[0].value, value);
   }
@@ -186,10 +183,9 @@ TEST(ModelJson, WhatIsNoModelIsRefused) {
 TEST(ModelJson, AnExportIsImportedAsTheSame) {
   for (const rt::IdentifiedModel& model : one_of_each()) {
     const std::string canonical = *canonical_json(model);
-    const auto imported = import_json(exported_with_hash_of(canonical));
-    ASSERT_TRUE(imported) << imported.error().text();
-    EXPECT_EQ(imported->canonical, canonical);
-    EXPECT_EQ(imported->hash, sha256_hex(canonical));
+    const auto imported = test::value_of(import_json(exported_with_hash_of(canonical)));
+    EXPECT_EQ(imported.canonical, canonical);
+    EXPECT_EQ(imported.hash, sha256_hex(canonical));
   }
   // Blanks and the order of keys do not matter.
   const std::string canonical = *canonical_json(example_contact("x"));

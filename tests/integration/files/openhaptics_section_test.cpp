@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/refusals.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -17,11 +18,10 @@ hal::Result<openhaptics::OpenHapticsConfig> read(const std::string& text) {
 }
 
 TEST(OpenHapticsSection, NothingSaidMeansTheDefaultsWhichAreSound) {
-  const auto config = read("");
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_FALSE(openhaptics::check(*config));
-  EXPECT_EQ(config->libraries().front(), "libHD.so");
-  EXPECT_EQ(config->libraries().size(), 7U);
+  const auto config = test::value_of(read(""));
+  EXPECT_FALSE(openhaptics::check(config));
+  EXPECT_EQ(config.libraries().front(), "libHD.so");
+  EXPECT_EQ(config.libraries().size(), 7U);
 }
 
 TEST(OpenHapticsSection, WhatIsWrittenReadsBackAsTheSame) {
@@ -44,14 +44,12 @@ patience_s = 3.0
 stall_s = 0.05
 death_s = 2.0
 )";
-  const auto config = read(all);
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(write_openhaptics(*config), all);
-  EXPECT_EQ(config->libraries()[1], "/opt/a \"b\"/libHD.so");
+  const auto config = test::value_of(read(all));
+  EXPECT_EQ(write_openhaptics(config), all);
+  EXPECT_EQ(config.libraries()[1], "/opt/a \"b\"/libHD.so");
   const std::string defaults = write_openhaptics({});
-  const auto again = read(defaults);
-  ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(write_openhaptics(*again), defaults);
+  const auto again = test::value_of(read(defaults));
+  EXPECT_EQ(write_openhaptics(again), defaults);
 }
 
 TEST(OpenHapticsSection, WhatIsWrongIsReportedByNameAndLine) {

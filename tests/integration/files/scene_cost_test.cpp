@@ -2,29 +2,26 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
 #include "server/model/store/model_library.h"
 #include "server/scene/scene_library.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
 
 TEST(SceneCost, IsMeasuredInAndOutOfContactForEveryBuiltInScene) {
-  const auto rig = sim::SimulatedRig::create({});
-  ASSERT_TRUE(rig) << rig.error().text();
-  const hal::RigInfo& info = (*rig)->info();
+  const auto rig = test::value_of(sim::SimulatedRig::create({}));
+  const hal::RigInfo& info = rig->info();
   const SceneLibrary scenes;
   for (const auto& entry : scenes.list()) {
-    const auto resolved = rt::resolve(*scenes.find(entry.name), info);
-    ASSERT_TRUE(resolved) << resolved.error().text();
-    const auto model = ModelLibrary().find(resolved->object_model);
-    const auto pipeline = rt::compose(*resolved, info, model ? &*model : nullptr);
-    ASSERT_TRUE(pipeline) << pipeline.error().text();
-    const SceneCost cost = measure_cost(**pipeline, *resolved, info);
+    const auto resolved = test::value_of(rt::resolve(*scenes.find(entry.name), info));
+    const auto model = ModelLibrary().find(resolved.object_model);
+    const auto pipeline = test::value_of(rt::compose(resolved, info, model ? &*model : nullptr));
+    const SceneCost cost = measure_cost(*pipeline, resolved, info);
     EXPECT_TRUE(std::isfinite(cost.median_ns) && std::isfinite(cost.p999_ns)) << entry.name;
     EXPECT_GT(cost.p999_ns, 0.0) << entry.name;
     EXPECT_LE(cost.median_ns, cost.p999_ns) << entry.name;

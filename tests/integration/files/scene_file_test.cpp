@@ -12,6 +12,7 @@
 #include "server/scene/scene_library.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -267,19 +268,18 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
 }
 
 TEST(SceneFile, AFieldHasTheStiffnessOfItsCentre) {
-  const auto scene = read_scene(
+  const auto scene = test::value_of(read_scene(
       "name = \"x\"\n[structure]\nstiffness_n_per_mm = 2.5\n[structure.field]\ngradient_per_mm = [0.001, 0, "
-      "0]\n");
-  ASSERT_TRUE(scene) << scene.error().text();
-  EXPECT_EQ(scene->structural_field->stiffness_n_per_mm, 2.5);
-  EXPECT_EQ(scene->structural_field->gradient_per_mm.x, 0.001);
+      "0]\n"));
+  EXPECT_EQ(scene.structural_field->stiffness_n_per_mm, 2.5);
+  EXPECT_EQ(scene.structural_field->gradient_per_mm.x, 0.001);
 }
 
 TEST(SceneFile, ATransientMayBeAMaterial) {
-  const auto wood = read_scene("name = \"x\"\nkind = \"explore\"\n[transient]\nmaterial = \"wood\"\n");
-  ASSERT_TRUE(wood) << wood.error().text();
-  ASSERT_EQ(wood->transient->target.size(), 1U);
-  EXPECT_EQ(wood->transient->target[0].frequency_hz, 100.0);
+  const auto wood =
+      test::value_of(read_scene("name = \"x\"\nkind = \"explore\"\n[transient]\nmaterial = \"wood\"\n"));
+  ASSERT_EQ(wood.transient->target.size(), 1U);
+  EXPECT_EQ(wood.transient->target[0].frequency_hz, 100.0);
 }
 
 TEST(SceneFile, ARefusalHasFivePartsAndACode) {
@@ -383,9 +383,8 @@ TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   ASSERT_EQ(entries.size(), names.size());
   for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(entries[i].name, names[i]);
   for (const auto& entry : entries) {
-    const auto scene = library.find(entry.name);
-    ASSERT_TRUE(scene) << scene.error().text();
-    EXPECT_EQ(scene->description, entry.description);
+    const auto scene = test::value_of(library.find(entry.name));
+    EXPECT_EQ(scene.description, entry.description);
   }
   EXPECT_EQ(library.find("wall")->kind, rt::SceneKind::kWall);
   EXPECT_EQ(library.find("explore_rod")->tip, rt::Tip::kRod);
@@ -416,19 +415,18 @@ TEST(SceneFile, AllKeysThatAnInclusionsModelReplacesAreNamedAtOnce) {
 
 // As a rigid body: what is in the object keeps its depth, and its place to the axis that it is turned about.
 TEST(SceneFile, AnInclusionOfARoundObjectTurnsAboutItsCentre) {
-  auto scene = read_scene(
+  auto scene = test::value_of(read_scene(
       "name = \"x\"\nkind = \"explore\"\n[[inclusion]]\nplace_mm = [5.0, 1.0, -20.0]\nsurface_mm = [2.0, "
       "3.0, 0.0]\n"
-      "stiffness_n_per_mm_m = 0.1\nmoved_mm = [12.0, -5.0]\nobject_centre_mm = [0.0, 0.0, -63.0]\n");
-  ASSERT_TRUE(scene) << scene.error().text();
+      "stiffness_n_per_mm_m = 0.1\nmoved_mm = [12.0, -5.0]\nobject_centre_mm = [0.0, 0.0, -63.0]\n"));
   const hal::Vector3 centre_mm{0.0, 0.0, -63.0};
-  const hal::Vector3 surface_mm = scene->inclusions.at(0).surface_mm - centre_mm;
-  const hal::Vector3 place_mm = scene->inclusions.at(0).place_mm - centre_mm;
+  const hal::Vector3 surface_mm = scene.inclusions.at(0).surface_mm - centre_mm;
+  const hal::Vector3 place_mm = scene.inclusions.at(0).place_mm - centre_mm;
   std::vector<std::string> stored;
   std::vector<std::string> remarks;
-  ASSERT_FALSE(fill_inclusions(ModelLibrary(), {}, *scene, stored, remarks));
-  const hal::Vector3 turned_surface_mm = scene->inclusions.at(0).surface_mm - centre_mm;
-  const hal::Vector3 turned_mm = scene->inclusions.at(0).place_mm - centre_mm;
+  ASSERT_FALSE(fill_inclusions(ModelLibrary(), {}, scene, stored, remarks));
+  const hal::Vector3 turned_surface_mm = scene.inclusions.at(0).surface_mm - centre_mm;
+  const hal::Vector3 turned_mm = scene.inclusions.at(0).place_mm - centre_mm;
   EXPECT_NEAR(turned_surface_mm.x, 14.0, 1e-9);
   EXPECT_NEAR(turned_surface_mm.y, -2.0, 1e-9);
   EXPECT_NEAR(rt::norm(turned_surface_mm), rt::norm(surface_mm), 1e-9);

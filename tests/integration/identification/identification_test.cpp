@@ -72,8 +72,7 @@ TEST(ServiceIdentification, TouchesAnObjectStoresAModelAndScenesUseIt) {
   load.set_name("explore_bearing");
   load.set_object_model("mine");
   v1::LoadSceneResponse loaded;
-  const grpc::Status status = service.scene->LoadScene(call_context().get(), load, &loaded);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(service.scene->LoadScene(call_context().get(), load, &loaded)));
 }
 
 TEST(ServiceIdentification, FrictionStructureToolThresholdAndGainsConvergeTooOneAfterTheOther) {
@@ -104,8 +103,7 @@ TEST(ServiceIdentification, FrictionStructureToolThresholdAndGainsConvergeTooOne
     request.set_time_limit_s(300.0);
     request.set_adopt(true);
     std::string id;
-    const grpc::Status status = service.start(request, &id);
-    ASSERT_TRUE(status.ok()) << status.error_message();
+    ASSERT_TRUE(ok(service.start(request, &id)));
     const v1::IdentificationProgress end = service.watch(id);
     EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_CONVERGED) << end.ShortDebugString().substr(0, 3000);
     EXPECT_NEAR(parameter_of(end, one.parameter).value(), one.expected, one.tolerance) << end.kind();
@@ -159,8 +157,7 @@ TEST(ServiceIdentification, WhileOneRunsNothingElseTouchesTheRig) {
 TEST(ServiceIdentification, AStopEndsItAndALatchedGuardRefusesIt) {
   const Identifying service(touching("rubber_ball_3d", true));
   ASSERT_TRUE(service.start(contact("mine")).ok());
-  v1::StopResponse stopped;
-  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  ASSERT_TRUE(service.stop().ok());
   const v1::IdentificationProgress end = service.watch();
   EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_FAILED);
   EXPECT_EQ(end.problem().what(), "the guard latched");

@@ -73,8 +73,7 @@ class Identifying : public RunningService {
     v1::GetStoredModelRequest request;
     request.set_hash(hash);
     v1::StoredModel stored;
-    const grpc::Status status = model->GetStoredModel(call_context().get(), request, &stored);
-    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_TRUE(ok(model->GetStoredModel(call_context().get(), request, &stored)));
     return stored;
   }
   grpc::Status upload(const std::string& csv, v1::UploadRecordingResponse* response,

@@ -99,8 +99,7 @@ TEST(ServiceInclusion, IsIdentifiedStoredAndRendered) {
   v1::LoadSceneRequest load;
   load.set_toml(scene_with("lump"));
   v1::LoadSceneResponse loaded;
-  const grpc::Status status = service.scene->LoadScene(call_context().get(), load, &loaded);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(service.scene->LoadScene(call_context().get(), load, &loaded)));
   const std::string& text = loaded.outline().resolved_toml();
   EXPECT_NE(text.find("attenuation = "), std::string::npos) << text;
   EXPECT_EQ(text.find("model = \"lump\""), std::string::npos) << "resolved: " << text;

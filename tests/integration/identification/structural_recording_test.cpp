@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <functional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -36,8 +35,7 @@ v1::IdentificationProgress identified(const Identifying& service, const std::str
   EXPECT_TRUE(service.upload(csv, &uploaded, description).ok());
   request.set_recording(uploaded.recording());
   std::string id;
-  const grpc::Status status = service.start(request, &id);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(service.start(request, &id)));
   return service.watch(id);
 }
 

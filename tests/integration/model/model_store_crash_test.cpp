@@ -13,6 +13,7 @@
 #include "server/model/store/model_store.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -38,9 +39,8 @@ struct Acknowledged {
 
 void expect_sound(const std::string& path, const Acknowledged& acknowledged) {
   {
-    const auto store = ModelStore::open(path);
-    ASSERT_TRUE(store) << store.error().text();
-    const auto models = (*store)->list();
+    const auto store = test::value_of(ModelStore::open(path));
+    const auto models = store->list();
     ASSERT_TRUE(models);
     std::set<std::string> there;
     for (const StoredModel& model : *models) {
@@ -48,22 +48,21 @@ void expect_sound(const std::string& path, const Acknowledged& acknowledged) {
       there.insert(model.hash);
     }
     for (const std::string& hash : acknowledged.models) EXPECT_TRUE(there.contains(hash)) << hash;
-    const auto ended = (*store)->list_identifications(100000);
+    const auto ended = store->list_identifications(100000);
     ASSERT_TRUE(ended);
     std::set<std::string> ids;
     for (const EndedIdentification& identification : *ended) ids.insert(identification.id);
     for (const std::string& id : acknowledged.identifications) EXPECT_TRUE(ids.contains(id)) << id;
     if (!acknowledged.last_tagged.empty()) {
       // The tag is where it was asked to be, or where the write that was cut off put it.
-      const auto current = (*store)->tagged("contact", "sponge", "current");
-      ASSERT_TRUE(current) << current.refusal().error.text();
+      const auto current = test::value_of(store->tagged("contact", "sponge", "current"));
       const auto place = [&](const std::string& hash) {
         for (std::size_t i = 0; i < models->size(); ++i) {
           if ((*models)[i].hash == hash) return i;
         }
         return models->size();
       };
-      EXPECT_LE(place(current->hash), place(acknowledged.last_tagged)) << "not an older one";
+      EXPECT_LE(place(current.hash), place(acknowledged.last_tagged)) << "not an older one";
     }
   }
   SQLite::Database database(path);

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -20,6 +19,7 @@
 #include "server/model/store/model_library.h"
 #include "tests/support/model_examples.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -78,11 +78,10 @@ TEST(ModelStore, KeepsModelsAcrossItsLife) {
     EXPECT_TRUE(store->tag(hash, "current"));
   }
   const auto store = opened(path);
-  const auto stored = store->get(hash);
-  ASSERT_TRUE(stored) << stored.refusal().error.text();
-  EXPECT_EQ(*canonical_json(stored->model), *canonical_json(model));
-  EXPECT_EQ(stored->tags, std::vector<std::string>{"current"});
-  EXPECT_GT(stored->stored_at_unix_s, 1'600'000'000);
+  const auto stored = test::value_of(store->get(hash));
+  EXPECT_EQ(*canonical_json(stored.model), *canonical_json(model));
+  EXPECT_EQ(stored.tags, std::vector<std::string>{"current"});
+  EXPECT_GT(stored.stored_at_unix_s, 1'600'000'000);
 }
 
 TEST(ModelStore, AddingTheSameAgainChangesNothing) {
@@ -211,10 +210,9 @@ TEST(ModelStore, ExportsAndImportsUnderTheSameHash) {
   ASSERT_TRUE(here->tag(hash, "current"));
   const auto json = here->export_json(hash.substr(0, 12));
   ASSERT_TRUE(json);
-  const auto imported = there->import_json(*json);
-  ASSERT_TRUE(imported) << imported.refusal().error.text();
-  EXPECT_EQ(imported->hash, hash);
-  EXPECT_TRUE(imported->tags.empty()) << "tags stay where they are";
+  const auto imported = test::value_of(there->import_json(*json));
+  EXPECT_EQ(imported.hash, hash);
+  EXPECT_TRUE(imported.tags.empty()) << "tags stay where they are";
   EXPECT_TRUE(there->import_json(*json)) << "once more changes nothing";
   EXPECT_EQ(there->list()->size(), 1U);
   std::string edited = *json;
@@ -242,9 +240,8 @@ TEST(ModelStore, RemembersIdentificationsThatEnded) {
     const auto store = opened(path);
     EXPECT_TRUE(store->list_identifications(10)->empty());
     for (int i = 0; i < 3; ++i) {
-      const auto sequence = store->record_identification(some_identification(i));
-      ASSERT_TRUE(sequence) << sequence.refusal().error.text();
-      EXPECT_EQ(*sequence, static_cast<std::uint64_t>(i + 1));
+      const auto sequence = test::value_of(store->record_identification(some_identification(i)));
+      EXPECT_EQ(sequence, static_cast<std::uint64_t>(i + 1));
     }
   }
   const auto ended = opened(path)->list_identifications(2);
@@ -273,9 +270,8 @@ TEST(ModelStore, ServesManyThreadsAndASecondProcess) {
       const auto store = opened(path);  // a separate connection, as another process has
       for (int i = 0; i < kEach; ++i) {
         const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-        const auto stored = store->add(example_contact("x", 100 * t + i), until);
-        ASSERT_TRUE(stored) << stored.refusal().error.text();
-        ASSERT_TRUE(store->tag(stored->hash, "current", until));
+        const auto stored = test::value_of(store->add(example_contact("x", 100 * t + i), until));
+        ASSERT_TRUE(store->tag(stored.hash, "current", until));
       }
     });
   }

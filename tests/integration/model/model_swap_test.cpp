@@ -15,6 +15,7 @@
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "tests/support/model_examples.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -182,16 +183,14 @@ TEST(ModelSwap, WaitsForTheContactToEndAndRendersTheNewModelFromThen) {
   SwapBench bench;
   bench.add(1.0, "right");
   bench.add(1.6, "wrong");
-  const auto wrong = bench.load("wrong");
-  ASSERT_TRUE(wrong) << wrong.refusal().error.text();
+  const auto wrong = test::value_of(bench.load("wrong"));
   bench.hand(3.0, 1.0, -1);
   double worst_step_n = 0.0;
   for (int swap = 0; swap < 4; ++swap) {
     const std::string tag = swap % 2 == 0 ? "right" : "wrong";
     const std::uint64_t asked_at = bench.await_deep_contact();
-    const auto loaded = bench.load(tag);
-    ASSERT_TRUE(loaded) << loaded.refusal().error.text();
-    const std::uint64_t at = loaded->effective_tick;
+    const auto loaded = test::value_of(bench.load(tag));
+    const std::uint64_t at = loaded.effective_tick;
     bench.await_deep_contact(at);
     bench.await([](const rt::TickRecord& r) { return !r.in_contact; });
     const auto records = bench.records(asked_at);
@@ -227,23 +226,22 @@ TEST(ModelSwap, AnotherSceneTakesTheForceAwayAtOnceButSoftly) {
   bench.hand(3.0, -1.0, 1);
   bench.await_deep_contact();
   const std::string other = std::string(kScene) + "ramp_s = 0.2\n";
-  const auto loaded = bench.load("right", std::chrono::seconds(60), other.c_str());
-  ASSERT_TRUE(loaded) << loaded.refusal().error.text();
-  bench.await([&](const rt::TickRecord& r) { return r.tick > loaded->effective_tick + 100; });
-  const auto records = bench.records(loaded->effective_tick - 50);
+  const auto loaded = test::value_of(bench.load("right", std::chrono::seconds(60), other.c_str()));
+  bench.await([&](const rt::TickRecord& r) { return r.tick > loaded.effective_tick + 100; });
+  const auto records = bench.records(loaded.effective_tick - 50);
   // The force at the time of the exchange depends on how long the object has been yielding by then.
   double before_n = 0.0;
   double after_n = 0.0;
   for (const rt::TickRecord& r : records) {
-    if (r.tick + 1 == loaded->effective_tick) before_n = norm(r.device_command_n);
-    if (r.tick >= loaded->effective_tick) {
+    if (r.tick + 1 == loaded.effective_tick) before_n = norm(r.device_command_n);
+    if (r.tick >= loaded.effective_tick) {
       EXPECT_FALSE(r.in_contact) << "the tool was not seen free";
     }
-    if (r.tick == loaded->effective_tick + 60) after_n = norm(r.device_command_n);
+    if (r.tick == loaded.effective_tick + 60) after_n = norm(r.device_command_n);
   }
   EXPECT_GT(before_n, 0.05);
   EXPECT_LT(after_n, 0.5 * before_n);
-  EXPECT_LT(largest_step_n(records, loaded->effective_tick, loaded->effective_tick + 60), 0.05);
+  EXPECT_LT(largest_step_n(records, loaded.effective_tick, loaded.effective_tick + 60), 0.05);
 
   // No scene means no force, at once.
   bench.hand(3.0, -1.0, 1);
@@ -347,10 +345,9 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreReportedOf) {
     return hash;
   };
   const SceneSource source{SceneSource::Kind::kToml, kScene, {}};
-  const auto plain = bench.scenes().resolve(source);
-  ASSERT_TRUE(plain) << plain.refusal().error.text();
-  EXPECT_TRUE(plain->remarks.empty());
-  EXPECT_EQ(plain->spec.contact.threshold_n, 0.02);
+  const auto plain = test::value_of(bench.scenes().resolve(source));
+  EXPECT_TRUE(plain.remarks.empty());
+  EXPECT_EQ(plain.spec.contact.threshold_n, 0.02);
 
   rt::ToolModel found = test::example_tool(11.5);
   found.found_under_bias = "2026-01-01T00:00:00Z/2";
@@ -361,44 +358,41 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreReportedOf) {
   put(test::example_structure(2.25));
   put(rt::ThresholdModel{0.0175, 0.016, 20.0});
   put(rt::GainsModel{0.31, 0.02, 0.7, 12.0}, false);
-  const auto scene = bench.scenes().resolve(source);
-  ASSERT_TRUE(scene) << scene.refusal().error.text();
-  EXPECT_EQ(scene->spec.tool_mass_g, 11.5);
-  EXPECT_EQ(scene->spec.structural_stiffness_n_per_mm, 2.25);
-  ASSERT_TRUE(scene->spec.structural_field);
-  EXPECT_EQ(scene->spec.structural_field->gradient_per_mm.x, 0.001) << "all of it";
-  EXPECT_FALSE(scene->spec.explore.tip_to_centre_mm) << "the tool was not turned enough to report";
-  EXPECT_EQ(scene->spec.contact.threshold_n, 0.0175);
-  EXPECT_EQ(scene->spec.controller.proportional_gain, 0.31);
-  EXPECT_EQ(scene->spec.controller.derivative_gain_ms, 0.02);
-  EXPECT_EQ(scene->stored.size(), 5U) << "and the object's";
-  ASSERT_EQ(scene->remarks.size(), 5U);
-  EXPECT_EQ(scene->remarks[0], "tool.gravity_at_bias: the tool was tilted by 37° when the sensor was biased");
-  EXPECT_EQ(scene->spec.explore.gravity_at_bias.y, 0.6);
-  ASSERT_TRUE(scene->spec.explore.sensor_mounting);
-  EXPECT_EQ(scene->spec.explore.sensor_mounting->force_bias_n.x, found.force_bias_n.x);
-  EXPECT_EQ(scene->remarks[1], "tool.mass_g = 11.5 ± 0.04 g: from stored model " + tool.substr(0, 12) +
-                                   "; with the sensor's bias of 0.0374 N and its seat, turned by 3°");
-  EXPECT_NE(scene->remarks[4].find("which had not converged"), std::string::npos) << scene->remarks[4];
+  const auto scene = test::value_of(bench.scenes().resolve(source));
+  EXPECT_EQ(scene.spec.tool_mass_g, 11.5);
+  EXPECT_EQ(scene.spec.structural_stiffness_n_per_mm, 2.25);
+  ASSERT_TRUE(scene.spec.structural_field);
+  EXPECT_EQ(scene.spec.structural_field->gradient_per_mm.x, 0.001) << "all of it";
+  EXPECT_FALSE(scene.spec.explore.tip_to_centre_mm) << "the tool was not turned enough to report";
+  EXPECT_EQ(scene.spec.contact.threshold_n, 0.0175);
+  EXPECT_EQ(scene.spec.controller.proportional_gain, 0.31);
+  EXPECT_EQ(scene.spec.controller.derivative_gain_ms, 0.02);
+  EXPECT_EQ(scene.stored.size(), 5U) << "and the object's";
+  ASSERT_EQ(scene.remarks.size(), 5U);
+  EXPECT_EQ(scene.remarks[0], "tool.gravity_at_bias: the tool was tilted by 37° when the sensor was biased");
+  EXPECT_EQ(scene.spec.explore.gravity_at_bias.y, 0.6);
+  ASSERT_TRUE(scene.spec.explore.sensor_mounting);
+  EXPECT_EQ(scene.spec.explore.sensor_mounting->force_bias_n.x, found.force_bias_n.x);
+  EXPECT_EQ(scene.remarks[1], "tool.mass_g = 11.5 ± 0.04 g: from stored model " + tool.substr(0, 12) +
+                                  "; with the sensor's bias of 0.0374 N and its seat, turned by 3°");
+  EXPECT_NE(scene.remarks[4].find("which had not converged"), std::string::npos) << scene.remarks[4];
 
   std::string silent = kScene;
   silent.erase(silent.find("mass_g = 0"), 10);
   silent.erase(silent.find("threshold_n = 0"), 15);
-  const auto left_open = bench.scenes().resolve({SceneSource::Kind::kToml, silent, {}});
-  ASSERT_TRUE(left_open) << left_open.refusal().error.text();
-  EXPECT_EQ(left_open->spec.tool_mass_g, 11.5);
-  EXPECT_EQ(left_open->spec.contact.threshold_n, 0.0175);
+  const auto left_open = test::value_of(bench.scenes().resolve({SceneSource::Kind::kToml, silent, {}}));
+  EXPECT_EQ(left_open.spec.tool_mass_g, 11.5);
+  EXPECT_EQ(left_open.spec.contact.threshold_n, 0.0175);
 
   // Under another bias the one that was found means nothing: what is read is the weight, as the tool hung
   // then.
   zero = "2026-01-01T00:00:00Z/3";
-  const auto later = bench.scenes().resolve(source);
-  ASSERT_TRUE(later) << later.refusal().error.text();
-  const auto& mounting = later->spec.explore.sensor_mounting;
+  const auto later = test::value_of(bench.scenes().resolve(source));
+  const auto& mounting = later.spec.explore.sensor_mounting;
   ASSERT_TRUE(mounting);
   EXPECT_NEAR(rt::norm(mounting->force_bias_n), 11.5e-6 * rt::ToolLoad::kGravityMmPerS2, 1e-9);
-  EXPECT_EQ(mounting->turn_deg.x, scene->spec.explore.sensor_mounting->turn_deg.x) << "the seat stays";
-  EXPECT_NE(later->remarks[1].find("under another bias"), std::string::npos) << later->remarks[1];
+  EXPECT_EQ(mounting->turn_deg.x, scene.spec.explore.sensor_mounting->turn_deg.x) << "the seat stays";
+  EXPECT_NE(later.remarks[1].find("under another bias"), std::string::npos) << later.remarks[1];
 
   gravity.reset();
 
@@ -407,26 +401,23 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreReportedOf) {
   said.replace(said.find("mass_g = 0"), 10, "mass_g = 9");
   said.replace(said.find("threshold_n = 0"), 15, "threshold_n = 0.05");
   said += "[structure]\nstiffness_n_per_mm = 3\n[control]\nproportional_gain = 0.4\n";
-  const auto own = bench.scenes().resolve({SceneSource::Kind::kToml, said, {}});
-  ASSERT_TRUE(own) << own.refusal().error.text();
-  EXPECT_EQ(own->spec.tool_mass_g, 9.0);
-  EXPECT_EQ(own->spec.contact.threshold_n, 0.05);
-  EXPECT_EQ(own->spec.structural_stiffness_n_per_mm, 3.0);
-  EXPECT_EQ(own->spec.controller.proportional_gain, 0.4);
-  EXPECT_TRUE(own->remarks.empty());
+  const auto own = test::value_of(bench.scenes().resolve({SceneSource::Kind::kToml, said, {}}));
+  EXPECT_EQ(own.spec.tool_mass_g, 9.0);
+  EXPECT_EQ(own.spec.contact.threshold_n, 0.05);
+  EXPECT_EQ(own.spec.structural_stiffness_n_per_mm, 3.0);
+  EXPECT_EQ(own.spec.controller.proportional_gain, 0.4);
+  EXPECT_TRUE(own.remarks.empty());
 
   put(rt::GainsModel{1.9, 0.5, 2.0, 12.0});
-  const auto wild = bench.scenes().resolve(source);
-  ASSERT_TRUE(wild) << wild.refusal().error.text();
-  EXPECT_NE(wild->spec.controller.proportional_gain, 1.9);
-  EXPECT_NE(wild->remarks[3].find("not used: unstable at 1000 Hz"), std::string::npos) << wild->remarks[3];
+  const auto wild = test::value_of(bench.scenes().resolve(source));
+  EXPECT_NE(wild.spec.controller.proportional_gain, 1.9);
+  EXPECT_NE(wild.remarks[3].find("not used: unstable at 1000 Hz"), std::string::npos) << wild.remarks[3];
 
   put(rt::ThresholdModel{0.414, 0.4, 20.0});
-  const auto touched = bench.scenes().resolve(source);
-  ASSERT_TRUE(touched) << touched.refusal().error.text();
-  EXPECT_EQ(touched->spec.contact.threshold_n, 0.02);
-  EXPECT_NE(touched->remarks[2].find("not used: more than contact.zero_bound_n"), std::string::npos)
-      << touched->remarks[2];
+  const auto touched = test::value_of(bench.scenes().resolve(source));
+  EXPECT_EQ(touched.spec.contact.threshold_n, 0.02);
+  EXPECT_NE(touched.remarks[2].find("not used: more than contact.zero_bound_n"), std::string::npos)
+      << touched.remarks[2];
 }
 
 TEST(RigModels, TheCentreOfAToolsMassReachesTheScene) {
@@ -438,22 +429,19 @@ TEST(RigModels, TheCentreOfAToolsMassReachesTheScene) {
   model.device = bench.scenes().rig_info().device.model;
   model.sensor = bench.scenes().rig_info().sensor.model;
   ASSERT_TRUE(bench.store().tag(bench.store().add(model)->hash, "current"));
-  const auto scene = bench.scenes().resolve({SceneSource::Kind::kToml, kScene, {}});
-  ASSERT_TRUE(scene) << scene.refusal().error.text();
-  ASSERT_TRUE(scene->spec.explore.tip_to_centre_mm);
-  EXPECT_EQ(scene->spec.explore.tip_to_centre_mm->z, 42.0);
-  EXPECT_NE(scene->remarks[0].find("its centre 42.2 mm from the tip"), std::string::npos)
-      << scene->remarks[0];
+  const auto scene = test::value_of(bench.scenes().resolve({SceneSource::Kind::kToml, kScene, {}}));
+  ASSERT_TRUE(scene.spec.explore.tip_to_centre_mm);
+  EXPECT_EQ(scene.spec.explore.tip_to_centre_mm->z, 42.0);
+  EXPECT_NE(scene.remarks[0].find("its centre 42.2 mm from the tip"), std::string::npos) << scene.remarks[0];
 }
 
 TEST(RigModels, AnIdentifiedBallBearingsFrictionIsUsedAndSaid) {
   SwapBench bench;
   bench.add(1.0, "current");
   const SceneSource source{SceneSource::Kind::kToml, kScene, {}};
-  const auto before = bench.scenes().resolve(source);
-  ASSERT_TRUE(before) << before.refusal().error.text();
-  ASSERT_TRUE(before->model);
-  EXPECT_FALSE(before->model->model.bearing_friction);
+  const auto before = test::value_of(bench.scenes().resolve(source));
+  ASSERT_TRUE(before.model);
+  EXPECT_FALSE(before.model->model.bearing_friction);
   rt::IdentifiedModel model = test::example_friction(kObject, rt::Tip::kBallBearing);
   model.device = bench.scenes().rig_info().device.model;
   model.sensor = bench.scenes().rig_info().sensor.model;
@@ -479,17 +467,16 @@ TEST(RigModels, ASceneReportedOfItsModelsSaysWhatSpeaksAgainstThem) {
   std::string text = kScene;
   text.replace(text.find("stiffness_n_per_mm = 0.3"), 24,
                "law = \"displacement_profile\"\nprofile = [[0, 0.2], [9, 0.5]]");
-  const auto scene = bench.scenes().resolve({SceneSource::Kind::kToml, text, {}});
-  ASSERT_TRUE(scene) << scene.refusal().error.text();
-  ASSERT_EQ(scene->needs.size(), 1U);
-  EXPECT_TRUE(scene->needs[0].available);
+  const auto scene = test::value_of(bench.scenes().resolve({SceneSource::Kind::kToml, text, {}}));
+  ASSERT_EQ(scene.needs.size(), 1U);
+  EXPECT_TRUE(scene.needs[0].available);
   EXPECT_EQ(
-      scene->needs[0].remark,
+      scene.needs[0].remark,
       "rms error 5 %; stored model " + hash.substr(0, 12) +
           "; palpation, \"recursive\" then batch; ε = 0.02; had not converged; identified on another device: "
           "phantom_1_0 instead of phantom_1_5_high_force; identified down to 6.1 mm only, the target goes to "
           "9 mm");
-  EXPECT_TRUE(bench.scenes().compose(*scene)) << "cautions, no obstacles";
+  EXPECT_TRUE(bench.scenes().compose(scene)) << "cautions, no obstacles";
 
   // Friction of the wrong tip: an obstacle.
   const std::string bearing = bench.store().add(test::example_friction("gel", rt::Tip::kBallBearing))->hash;

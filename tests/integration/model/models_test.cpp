@@ -77,9 +77,7 @@ TEST(ServiceModels, ABrokenFileOfTheFolderIsReportedAndRefused) {
   }
   EXPECT_TRUE(listed);
   v1::GetModelResponse shown;
-  const grpc::Status status = show(service, "broken", shown);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(detail_of(status).where(), broken + ", line 2");
+  expect_refused(show(service, "broken", shown), grpc::StatusCode::INVALID_ARGUMENT, broken + ", line 2");
 
   const grpc::Status load =
       service.load_toml("name = \"mine\"\nkind = \"explore\"\nobject_model = \"broken\"\n");
@@ -99,8 +97,7 @@ TEST(ServiceModels, AFileMayBeEditedWhileTheDaemonRuns) {
       "[displacement]\nestimator = \"recursive\"\n";
   EXPECT_EQ(service.load_toml(scene).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   folder.write("late.toml", kFriction);
-  const grpc::Status status = service.load_toml(scene);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(service.load_toml(scene)));
 }
 
 }  // namespace

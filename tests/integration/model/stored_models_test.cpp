@@ -28,8 +28,7 @@ v1::StoredModel import(v1::ModelService::Stub& stub, const rt::IdentifiedModel& 
   v1::ImportStoredModelRequest request;
   request.set_json(exported(model));
   v1::StoredModel stored;
-  const grpc::Status status = stub.ImportStoredModel(call_context().get(), request, &stored);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(stub.ImportStoredModel(call_context().get(), request, &stored)));
   return stored;
 }
 

@@ -11,7 +11,6 @@
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "tests/integration/pose/igtl_peer.h"
 #include "tests/integration/running_service.h"

@@ -128,10 +128,7 @@ class EmulatedRigProcess : public testing::Test {
     peers = nullptr;
   }
 
-  grpc::Status clear() const {
-    v1::ClearResponse response;
-    return client->safety->Clear(call_context().get(), {}, &response);
-  }
+  grpc::Status clear() const { return client->clear(); }
   grpc::Status bias() const {
     v1::BiasForceSensorResponse response;
     return client->rig->BiasForceSensor(call_context().get(), {}, &response);

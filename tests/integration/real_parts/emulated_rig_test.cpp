@@ -49,8 +49,7 @@ TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
   EXPECT_TRUE(info.renders_force());
   EXPECT_EQ(info.sensor().model(), "nano17_si_25");
 
-  const grpc::Status loaded = client->load("tap_1d");
-  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  ASSERT_TRUE(ok(client->load("tap_1d")));
   const v1::RigState touching = client->await([](const v1::RigState& s) {
     return s.in_contact() && s.hand_force_n() > 0.5 && s.guard_state() == v1::GUARD_STATE_RENDERING;
   });
@@ -68,8 +67,7 @@ TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
   v1::DiagnoseRequest probing;
   probing.set_probe(true);
   v1::Diagnosis diagnosis;
-  const grpc::Status diagnosed = client->rig->Diagnose(call_context().get(), probing, &diagnosis);
-  ASSERT_TRUE(diagnosed.ok()) << diagnosed.error_message();
+  ASSERT_TRUE(ok(client->rig->Diagnose(call_context().get(), probing, &diagnosis)));
   std::set<std::string> well;
   for (const v1::Finding& finding : diagnosis.findings()) {
     if (finding.severity() == v1::FINDING_SEVERITY_GOOD) well.insert(finding.topic());
@@ -99,8 +97,7 @@ TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
 
 TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
   ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
-  const grpc::Status loaded = client->load("tap_1d");
-  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  ASSERT_TRUE(ok(client->load("tap_1d")));
   client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });
 
   ASSERT_NO_FATAL_FAILURE(kill_peers());
@@ -135,8 +132,7 @@ class EmulatedRigCrash : public EmulatedRigProcess, public testing::WithParamInt
 TEST_P(EmulatedRigCrash, TakesTheForceAlongAndEndsByItsSignal) {
   const int signal = GetParam();
   ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
-  const grpc::Status loaded = client->load("tap_1d");
-  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  ASSERT_TRUE(ok(client->load("tap_1d")));
   client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });
   daemon->signal(signal);
   EXPECT_EQ(daemon->wait(), -signal) << daemon->errors();

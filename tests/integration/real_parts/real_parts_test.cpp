@@ -43,8 +43,7 @@ class RealParts : public EmulatedRigProcess {
  protected:
   v1::SensorBias biased() const {
     v1::BiasForceSensorResponse response;
-    const grpc::Status status = client->rig->BiasForceSensor(call_context().get(), {}, &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_TRUE(ok(client->rig->BiasForceSensor(call_context().get(), {}, &response)));
     return response.bias();
   }
   /// Mean of the force along the tool over so many samples.
@@ -94,8 +93,7 @@ class RealParts : public EmulatedRigProcess {
   v1::IdentificationProgress watched(const v1::StartIdentificationRequest& request) const {
     const auto stub = identification();
     v1::StartIdentificationResponse started;
-    const grpc::Status status = stub->StartIdentification(call_context().get(), request, &started);
-    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_TRUE(ok(stub->StartIdentification(call_context().get(), request, &started)));
     v1::WatchIdentificationRequest watch;
     watch.set_identification(started.identification());
     const auto context = call_context(std::chrono::minutes(4));

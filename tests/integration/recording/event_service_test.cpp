@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <thread>
 
 #include "client/cpp/client.h"
 #include "server/grpc/recording/call_words.h"

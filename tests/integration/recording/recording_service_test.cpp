@@ -326,19 +326,16 @@ TEST_F(RecordingServiceTest, AnExportLeavesTheDiskItsRoom) {
   const auto reader = stub->ExportRecording(context.get(), export_of(id, v1::EXPORT_FORMAT_CSV));
   v1::RecordingPiece piece;
   EXPECT_FALSE(reader->Read(&piece));
-  const grpc::Status status = reader->Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_DISK_FULL);
-  EXPECT_EQ(detail_of(status).where(), "export");
+  expect_refused(reader->Finish(), grpc::StatusCode::RESOURCE_EXHAUSTED, v1::ERROR_REASON_DISK_FULL,
+                 "export");
 }
 
 TEST_F(RecordingServiceTest, WithoutAFolderAllIsRefusedAndTheRigRuns) {
   const RunningService service;
   const auto stub = v1::RecordingService::NewStub(service.channel);
   v1::RecordingFile file;
-  const grpc::Status refused = stub->StartRecording(call_context().get(), {}, &file);
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(refused).where(), "[recording] folder");
+  expect_refused(stub->StartRecording(call_context().get(), {}, &file), grpc::StatusCode::FAILED_PRECONDITION,
+                 "[recording] folder");
   v1::MakeIncidentResponse made;
   EXPECT_EQ(stub->MakeIncident(call_context().get(), {}, &made).error_code(),
             grpc::StatusCode::FAILED_PRECONDITION);

@@ -144,8 +144,7 @@ TEST(ErrorText, OfARecordingThatIsNotUtf8Arrives) {
       "ft_\xb5N,Weg_mm\n0,1,2\n1,1,2\n");
   ASSERT_TRUE(writer->Write(piece));
   writer->WritesDone();
-  const grpc::Status status = writer->Finish();
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(writer->Finish()));
   EXPECT_FALSE(response.recording().empty());
   ASSERT_GT(response.remarks_size(), 0) << "it lacks the columns that are needed";
   EXPECT_NE(response.remarks(0).find("not readable as it is"), std::string::npos);

@@ -8,7 +8,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -184,18 +183,14 @@ class AttackedDaemon {
     while (!done || stops == 0) {
       max_mb_ = std::max(max_mb_, resident_mb(process_.pid()));
       if (stops == 200) continue;  // the log is read at the end
-      v1::StopResponse stopped;
-      const grpc::Status stop = client_.safety->Stop(call_context().get(), {}, &stopped);
-      EXPECT_TRUE(stop.ok()) << stop.error_message();
+      EXPECT_TRUE(ok(client_.stop()));
       ++stops;
     }
     attacking.join();
   }
   double grown_mb() const { return max_mb_ - before_mb_; }
   void expect_all_is_well_afterwards() {
-    v1::ClearResponse cleared;
-    const grpc::Status clear = client_.safety->Clear(call_context().get(), {}, &cleared);
-    EXPECT_TRUE(clear.ok()) << clear.error_message();
+    EXPECT_TRUE(ok(client_.clear()));
     const ServiceClient client(connect(attacked_));
     const auto until = std::chrono::steady_clock::now() + kTimeout;
     grpc::Status load = client.load("wall");
@@ -403,17 +398,13 @@ TEST_P(FloodOfConnections, ClosesThePortToNoOneAfterwards) {
     // Those that were open are served, and files can still be opened: one that had calls goes last.
     before.state();
     EXPECT_TRUE(before.load("wall").ok());
-    v1::StopResponse by_a_new_one;
-    EXPECT_TRUE(ServiceClient(connect(address)).safety->Stop(call_context().get(), {}, &by_a_new_one).ok())
-        << "whatever stands in line";
-    v1::StopResponse stopped;
-    EXPECT_TRUE(before.safety->Stop(call_context().get(), {}, &stopped).ok());
+    EXPECT_TRUE(ServiceClient(connect(address)).stop().ok()) << "whatever stands in line";
+    EXPECT_TRUE(before.stop().ok());
   }
   v1::RigState state;
   const auto context = call_context();
   context->set_wait_for_ready(true);  // the last of those connections have yet to be seen to be closed
-  const grpc::Status status = ServiceClient(connect(address)).rig->GetRigState(context.get(), {}, &state);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(ServiceClient(connect(address)).rig->GetRigState(context.get(), {}, &state)));
   process.signal(SIGTERM);
   EXPECT_EQ(process.wait(), 0);
   EXPECT_NE(process.errors().find("a newer one of its client took its place"), std::string::npos)

@@ -113,8 +113,7 @@ TEST(ServiceProcess, StopsAndGoesOnAtSigusr1) {
     const v1::RigState state =
         client.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
     EXPECT_EQ(state.guard_fault(), v1::GUARD_FAULT_STOPPED);
-    v1::ClearResponse cleared;
-    EXPECT_TRUE(client.safety->Clear(call_context().get(), {}, &cleared).ok());
+    EXPECT_TRUE(client.clear().ok());
   }
   process.signal(SIGTERM);
   EXPECT_EQ(process.wait(), 0);
@@ -287,9 +286,7 @@ TEST(ServiceProcess, SurvivesGarbageOnItsPort) {
                         address});
   garbage.wait();
   v1::RigState state;
-  const grpc::Status status =
-      v1::RigService::NewStub(connect(address))->GetRigState(call_context().get(), {}, &state);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(v1::RigService::NewStub(connect(address))->GetRigState(call_context().get(), {}, &state)));
   EXPECT_TRUE(state.loop().running());
 }
 

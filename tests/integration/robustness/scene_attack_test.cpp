@@ -83,10 +83,7 @@ TEST(SceneAttack, KeysByTheThousandAreRefusedAndTheServiceGoesOn) {
   std::string parts;
   for (int i = 0; i < 40000; ++i) parts += "a.";
   for (const std::string& text : {parts + "a = 1\n", "[" + parts + "a]\n", "[[" + parts + "a]]\n"}) {
-    const grpc::Status status = service.load_toml(kHead + text);
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-    EXPECT_EQ(detail_of(status).what(), "a key has too many parts");
-    EXPECT_EQ(detail_of(status).where(), "scene text, line 3");
+    expect_refused(service.load_toml(kHead + text), grpc::StatusCode::INVALID_ARGUMENT, "scene text, line 3");
     v1::ExplainSceneRequest request;
     request.set_toml(kHead + text);
     v1::SceneOutline outline;

@@ -9,10 +9,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/running_service.h"

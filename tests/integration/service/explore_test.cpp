@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -26,8 +25,7 @@ v1::ExplainSceneRequest explain(const std::string& name, const std::string& mode
 
 v1::SceneOutline outline_of(const RunningService& service, const v1::ExplainSceneRequest& request) {
   v1::SceneOutline outline;
-  const grpc::Status status = service.scene->ExplainScene(call_context().get(), request, &outline);
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(ok(service.scene->ExplainScene(call_context().get(), request, &outline)));
   return outline;
 }
 
@@ -137,8 +135,7 @@ TEST(ServiceExplore, AnotherModelMayTakeThePlaceOfTheScenesOwn) {
   EXPECT_NE(outline.resolved_toml().find("object_model = \"rubber_ball_3d\""), std::string::npos);
   EXPECT_EQ(outline.models(0), "creep law of 'rubber_ball_3d'");
   v1::LoadSceneResponse loaded;
-  const grpc::Status status = load_with(service, "explore_rod", "rubber_ball_3d", &loaded);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(load_with(service, "explore_rod", "rubber_ball_3d", &loaded)));
   EXPECT_EQ(loaded.outline().object_model(), "rubber_ball_3d");
   EXPECT_FALSE(loaded.outline().has_cost());
   EXPECT_EQ(service.state().scene(), "explore_rod");
@@ -152,10 +149,9 @@ TEST(ServiceExplore, AnotherModelMayTakeThePlaceOfTheScenesOwn) {
 
 TEST(ServiceExplore, ASceneThatNeedsNoModelAsksForNone) {
   const RunningService service;
-  const grpc::Status status = service.load_toml(
-      "name = \"mine\"\nkind = \"explore\"\n[tool]\ntip = \"ball_bearing\"\n"
-      "[displacement]\nestimator = \"recursive\"\n[passivity]\ncontrol = false\n");
-  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(
+      ok(service.load_toml("name = \"mine\"\nkind = \"explore\"\n[tool]\ntip = \"ball_bearing\"\n"
+                           "[displacement]\nestimator = \"recursive\"\n[passivity]\ncontrol = false\n")));
 }
 
 TEST(ServiceExplore, AStrokeIsRenderedAndItsTelemetryHasDirectionFusionAndPassivity) {

@@ -118,8 +118,7 @@ TEST_F(ServiceGuide, AMotionEndsWithItsClientAndWithAStop) {
     begun = reader->Read(&status);
     if (begun) {
       EXPECT_EQ(status.number(), 2U);
-      v1::StopResponse stopped;
-      service.safety->Stop(call_context().get(), {}, &stopped);
+      service.stop();
       while (reader->Read(&status)) {
       }
       EXPECT_EQ(status.state(), v1::GUIDE_STATE_FORCE_CUT);

@@ -204,10 +204,8 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   const auto motion = turntable->MoveTo(context.get(), request);
   for (v1::TurntableStatus progress; motion->Read(&progress);) {
   }
-  const grpc::Status moved = motion->Finish();
-  ASSERT_TRUE(moved.ok()) << moved.error_message();
-  const grpc::Status there = service.load_toml(kAtStation);
-  EXPECT_TRUE(there.ok()) << there.error_message();
+  ASSERT_TRUE(ok(motion->Finish()));
+  EXPECT_TRUE(ok(service.load_toml(kAtStation)));
   EXPECT_EQ(table_of(service), v1::PART_STATE_READY);
 
   request.set_station("sponge");

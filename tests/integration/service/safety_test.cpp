@@ -21,8 +21,7 @@ TEST(ServiceSafety, StopLatchesAndClearResumes) {
       EXPECT_EQ(latched.guard_fault(), v1::GUARD_FAULT_STOPPED);
     }
     v1::ClearResponse cleared;
-    const grpc::Status status = service.safety->Clear(call_context().get(), {}, &cleared);
-    ASSERT_TRUE(status.ok()) << status.error_message();
+    ASSERT_TRUE(ok(service.safety->Clear(call_context().get(), {}, &cleared)));
     EXPECT_EQ(cleared.cleared_fault(), v1::GUARD_FAULT_STOPPED);
     EXPECT_EQ(cleared.guard_state(), v1::GUARD_STATE_RESUMING);
     const v1::RigState state =
@@ -46,8 +45,7 @@ TEST(ServiceSafety, NoForceReachesTheDeviceWhileStopped) {
   const auto reader = service.telemetry->Subscribe(&context, request);
   v1::TelemetryBatch batch;
   ASSERT_TRUE(reader->Read(&batch));
-  v1::StopResponse stopped;
-  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  ASSERT_TRUE(service.stop().ok());
   int latched = 0;
   while (latched < 200 && reader->Read(&batch)) {
     for (const v1::TelemetrySample& sample : batch.samples()) {

@@ -41,8 +41,7 @@ TEST(ServiceScenes, LoadExplainListUnload) {
   v1::ExplainSceneRequest request;
   request.set_toml(loaded.outline().resolved_toml());
   v1::SceneOutline outline;
-  const grpc::Status explained = service.scene->ExplainScene(call_context().get(), request, &outline);
-  ASSERT_TRUE(explained.ok()) << explained.error_message();
+  ASSERT_TRUE(ok(service.scene->ExplainScene(call_context().get(), request, &outline)));
   EXPECT_TRUE(outline.has_cost()) << "only reported where nothing waits for it";
   outline.clear_cost();
   EXPECT_EQ(outline.SerializeAsString(), loaded.outline().SerializeAsString());
@@ -84,9 +83,8 @@ TEST(ServiceScenes, ARequestWithoutASceneIsRefused) {
 TEST(ServiceScenes, ARefusedSceneLeavesTheLoadedOneInPlace) {
   const RunningService service;
   ASSERT_TRUE(service.load("wall").ok());
-  const grpc::Status status = service.load_toml("name = \"wild\"\n[control]\nproportional_gain = 3.9\n");
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
-  EXPECT_EQ(detail_of(status).where(), "scene 'wild'");
+  expect_refused(service.load_toml("name = \"wild\"\n[control]\nproportional_gain = 3.9\n"),
+                 grpc::StatusCode::INVALID_ARGUMENT, "scene 'wild'");
   const grpc::Status model = service.load_toml("name = \"model\"\nobject_model = \"sponge\"\n");
   EXPECT_EQ(model.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << model.error_message();
   EXPECT_EQ(detail_of(model).what(), "the scene has no use for a model");
@@ -114,8 +112,7 @@ TEST(ServiceScenes, ScenesLoadedByManyAtOnceAllTakeEffectOneAfterTheOther) {
     clients.emplace_back([&service, &mutex, &ticks, client] {
       for (int i = 0; i < 10; ++i) {
         v1::LoadSceneResponse response;
-        const grpc::Status status = service.load(client % 2 == 0 ? "tap_1d" : "wall", &response);
-        EXPECT_TRUE(status.ok()) << status.error_message();
+        EXPECT_TRUE(ok(service.load(client % 2 == 0 ? "tap_1d" : "wall", &response)));
         const std::lock_guard lock(mutex);
         ticks.push_back(response.effective_tick());
       }

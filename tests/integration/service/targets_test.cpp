@@ -359,8 +359,7 @@ TEST(ServiceTargets, TakeEffectAtTheTickOfTheAcknowledgementAndRamp) {
   v1::SetTargetRequest request = target(1.0);
   request.set_ramp_s(0.2);
   v1::SetTargetResponse response;
-  const grpc::Status status = service.set_target(request, &response);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(service.set_target(request, &response)));
 
   const std::uint64_t start = response.effective_tick();
   const auto samples = trace.up_to(start + 210);
@@ -428,8 +427,7 @@ TEST(ServiceTargets, HaveARampForTheDampingOfTheLawInForce) {
   law.set_stiffness_n_per_mm_m(0.3);
   law.set_damping_n_s_per_mm_m1(0.005);
   law.set_exponent(1.0);
-  const grpc::Status set = service.set_target(damped);
-  ASSERT_TRUE(set.ok()) << set.error_message();
+  ASSERT_TRUE(ok(service.set_target(damped)));
   service.press(1.0, [](const v1::RigState& s) { return s.in_contact() && s.displacement_mm() > 1.0; });
   v1::SetTargetRequest linear = target(0.3);
   linear.set_ramp_s(0.0);
@@ -452,8 +450,7 @@ TEST(ServiceTargets, WaitForTheTimeAskedFor) {
     request.set_ramp_s(0.0);
     request.set_at_time_ns(service.state().time_ns() + 1'500'000'000);
     v1::SetTargetResponse response;
-    const grpc::Status status = service.set_target(request, &response);
-    ASSERT_TRUE(status.ok()) << status.error_message();
+    ASSERT_TRUE(ok(service.set_target(request, &response)));
     EXPECT_GE(response.effective_time_ns(), request.at_time_ns());
 
     std::int64_t last_before_ns = 0;
@@ -531,10 +528,8 @@ TEST(ServiceTargets, OnlySoManyWaitAndOthersStillPass) {
   }
   // They hold up no other client.
   EXPECT_TRUE(service.set_target(target(0.75)).ok());
-  v1::StopResponse stopped;
-  EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
-  v1::ClearResponse cleared;
-  EXPECT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok());
+  EXPECT_TRUE(service.stop().ok());
+  EXPECT_TRUE(service.clear().ok());
   for (grpc::ClientContext& context : contexts) context.TryCancel();
   for (int waiting = 0; waiting < 16; ++waiting) {
     void* tag = nullptr;
@@ -597,8 +592,7 @@ TEST(ServiceTargets, TheFeasibleRangeOfNowGoesByTheObjectsLawWhereItIsKnown) {
   v1::GetFeasibleRangeRequest request;
   request.set_hand_force_n(4.0);
   v1::FeasibleRange range;
-  const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), request, &range);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(service.rendering->GetFeasibleRange(call_context().get(), request, &range)));
   EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
   EXPECT_NEAR(range.min_n_per_mm(), 0.121, 0.001) << "4 N over the law's depth at 12.5 N";
   request.set_object_stiffness_n_per_mm(0.25);
@@ -621,8 +615,7 @@ TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {
                  grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID,
                  "GetFeasibleRangeRequest.hand_force_n");
   service.press(2.0, [](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
-  const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), {}, &range);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(service.rendering->GetFeasibleRange(call_context().get(), {}, &range)));
   EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
   EXPECT_LT(range.min_n_per_mm(), range.object_stiffness_n_per_mm());
 }

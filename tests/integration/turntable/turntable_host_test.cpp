@@ -7,7 +7,6 @@
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "hal/sim/simulated_rig.h"
 #include "server/rig_file/turntable_factory.h"

@@ -40,8 +40,7 @@ class ServiceTurntable : public testing::Test {
 
   v1::Turntable get() const {
     v1::Turntable response;
-    const grpc::Status status = table->GetTurntable(call_context().get(), {}, &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_TRUE(ok(table->GetTurntable(call_context().get(), {}, &response)));
     return response;
   }
   /// A motion to its end: its status, and how often it was informed of.
@@ -124,8 +123,7 @@ TEST_F(ServiceTurntable, HomesGoesToAStationAndPutsItsObjectUnderTheTool) {
   EXPECT_EQ(object(), "sponge_block");
 
   v1::TurntableStatus last;
-  const grpc::Status moved = move(to_station("rubber"), &last);
-  ASSERT_TRUE(moved.ok()) << moved.error_message();
+  ASSERT_TRUE(ok(move(to_station("rubber"), &last)));
   EXPECT_EQ(last.motion().end(), v1::TURNTABLE_MOTION_END_ARRIVED);
   EXPECT_EQ(last.motion().completion(), 1.0);
   EXPECT_NEAR(last.position_deg(), 90.0, 0.2);
@@ -215,9 +213,8 @@ TEST_F(ServiceTurntable, DoesNotTurnWhileTheToolIsInContact) {
   ASSERT_TRUE(service.load("tap_1d").ok());
   service.press(2.0);
   EXPECT_TRUE(get().has_interlock());
-  const grpc::Status refused = move(to_station("rubber"));
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(refused).where(), "interlock of the turntable");
+  expect_refused(move(to_station("rubber")), grpc::StatusCode::FAILED_PRECONDITION,
+                 "interlock of the turntable");
   EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_STANDING);
   EXPECT_NEAR(get().status().position_deg(), 0.0, 0.2);
 }
@@ -243,8 +240,7 @@ TEST_F(ServiceTurntable, DoesNotTurnUnderLoadEvenWithoutAScene) {
 
 TEST_F(ServiceTurntable, DoesNotTurnWhileTheGuardIsLatched) {
   ASSERT_EQ(home().error_message(), "");
-  v1::StopResponse stopped;
-  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  ASSERT_TRUE(service.stop().ok());
   service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
   EXPECT_EQ(detail_of(move(to_station("rubber"))).what(), "the guard is latched");
 }

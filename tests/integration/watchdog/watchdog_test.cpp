@@ -41,19 +41,14 @@ bool has_fault(const v1::RigState& state, v1::GuardFault fault) {
          state.faults_present().end();
 }
 
-grpc::Status clear(const RunningService& service) {
-  v1::ClearResponse cleared;
-  return service.safety->Clear(call_context().get(), {}, &cleared);
-}
-
 /// Clears once the loop has seen that everyone is there.
 void clear_when_possible(const RunningService& service) {
   const auto until = std::chrono::steady_clock::now() + kTimeout;
-  grpc::Status status = clear(service);
+  grpc::Status status = service.clear();
   while (!status.ok() && std::chrono::steady_clock::now() < until) {
     ASSERT_EQ(detail_of(status).reason(), v1::ERROR_REASON_FAULT_PERSISTS) << status.error_message();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));  // politeness between two tries
-    status = clear(service);
+    status = service.clear();
   }
   ASSERT_TRUE(status.ok()) << status.error_message();
   service.await([](const v1::RigState& state) { return state.guard_state() == v1::GUARD_STATE_RENDERING; });
@@ -80,7 +75,7 @@ TEST(WatchdogService, NoForceFromTheStartUntilAllAreThere) {
   ASSERT_EQ(first.watchdog_endpoints_size(), 2);
   EXPECT_EQ(first.watchdog_endpoints(0).state(), v1::ENDPOINT_STATE_AWAITED);
   ASSERT_TRUE(service.load("tap_1d").ok());
-  const grpc::Status refused = clear(service);
+  const grpc::Status refused = service.clear();
   EXPECT_EQ(detail_of(refused).reason(), v1::ERROR_REASON_FAULT_PERSISTS);
   EXPECT_NE(detail_of(refused).value().find("'a' has not checked in yet"), std::string::npos)
       << detail_of(refused).value();
@@ -89,7 +84,7 @@ TEST(WatchdogService, NoForceFromTheStartUntilAllAreThere) {
   client::WatchdogEndpoint a(client, "a");
   client::WatchdogEndpoint b(client, "b");
   a.check_in();
-  EXPECT_EQ(detail_of(clear(service)).reason(), v1::ERROR_REASON_FAULT_PERSISTS) << "one is not all";
+  EXPECT_EQ(detail_of(service.clear()).reason(), v1::ERROR_REASON_FAULT_PERSISTS) << "one is not all";
   b.check_in();
   service.await(
       [](const v1::RigState& state) { return !has_fault(state, v1::GUARD_FAULT_ENDPOINT_MISSING); });
@@ -138,7 +133,7 @@ TEST(WatchdogService, AReleasedPedalCutsTheForceInOneTick) {
   EXPECT_TRUE(released) << "no force was rendered";
   context.TryCancel();
   reader->Finish();
-  const grpc::Status refused = clear(service);
+  const grpc::Status refused = service.clear();
   EXPECT_EQ(detail_of(refused).value(), "endpoint 'pedal' reports its pedal released");
   pedal.check_in(true);
   clear_when_possible(service);

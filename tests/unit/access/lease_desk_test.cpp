@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/eventually.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -122,17 +123,16 @@ TEST_F(LeaseDeskTest, ReturnedLetsAllCommandAgainUnderAnotherNumber) {
 
 TEST_F(LeaseDeskTest, TakenNamesTheTakerToItsFormerHolder) {
   const auto granted = desk.acquire(anna, {});
-  const auto taken = desk.take(ben, {}, "the demo begins", {});
-  ASSERT_TRUE(taken) << taken.refusal().error.text();
+  const auto taken = test::value_of(desk.take(ben, {}, "the demo begins", {}));
   EXPECT_EQ(daemon.lost_number.load(), granted->lease.number);
   const auto late = desk.admit(anna, granted->token, LeaseRule::kWhenTaken);
   ASSERT_FALSE(late);
   constexpr auto kTaken = "the lease was taken by user:ben: the demo begins";
   EXPECT_EQ(late.refusal().error.what, kTaken);
   EXPECT_EQ(desk.lost(granted->lease.number)->error.what, kTaken);
-  EXPECT_FALSE(desk.lost(taken->lease.number));
+  EXPECT_FALSE(desk.lost(taken.lease.number));
   EXPECT_FALSE(desk.lost(0)) << "the daemon's own commands";
-  desk.give_back(ben, taken->token);
+  desk.give_back(ben, taken.token);
   EXPECT_EQ(desk.renew(anna, granted->token).refusal().error.what, kTaken) << "also once it was returned";
 }
 

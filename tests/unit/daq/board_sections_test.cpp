@@ -10,6 +10,7 @@
 #include "server/rig_file/phantom_section.h"
 #include "server/text/toml_text.h"
 #include "tests/support/refusals.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -45,13 +46,12 @@ TEST(BoardSection, ReadsBackAsWritten) {
   config.comedi.calibrated = false;
   config.comedi.calibration_file = "/etc/a \"file\".calibration";
   config.comedi.fifo_priority = 80;
-  const auto again = read<daq::BoardConfig>(write_board(config), read_board);
-  ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(write_board(*again), write_board(config));
-  EXPECT_EQ(again->comedi.counters, config.comedi.counters);
-  EXPECT_EQ(again->comedi.input_channels, config.comedi.input_channels);
-  EXPECT_EQ(again->comedi.counter_setup, config.comedi.counter_setup);
-  EXPECT_EQ(again->comedi.calibration_file, config.comedi.calibration_file);
+  const auto again = test::value_of(read<daq::BoardConfig>(write_board(config), read_board));
+  EXPECT_EQ(write_board(again), write_board(config));
+  EXPECT_EQ(again.comedi.counters, config.comedi.counters);
+  EXPECT_EQ(again.comedi.input_channels, config.comedi.input_channels);
+  EXPECT_EQ(again.comedi.counter_setup, config.comedi.counter_setup);
+  EXPECT_EQ(again.comedi.calibration_file, config.comedi.calibration_file);
 }
 
 TEST(BoardSection, WrongValuesAreNamedWithTheirLine) {
@@ -76,13 +76,12 @@ TEST(InstrumentSection, ReadsBackAsWrittenAndIsCheckedOnLoad) {
   const std::string rig =
       "[rig]\nkind = \"hardware\"\ndevice = \"openhaptics\"\nsensor = \"daq\"\ninstrument = \"board\"\n"
       "[rig.daq]\ncalibration_file = \"/a.cal\"\n[rig.board_instrument]\n";
-  const auto good = parse_config(rig + "channels = [-1, -1, 6]\nmm_per_v = [1, 1, -2.5]\n", "rig.toml");
-  ASSERT_TRUE(good) << good.error().text();
-  EXPECT_EQ(good->instrument, InstrumentChoice::kBoard);
-  EXPECT_EQ(good->board_instrument.mm_per_v[2], -2.5);
-  const auto again = parse_config(write_config(*good), "again.toml");
-  ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(write_config(*again), write_config(*good));
+  const auto good =
+      test::value_of(parse_config(rig + "channels = [-1, -1, 6]\nmm_per_v = [1, 1, -2.5]\n", "rig.toml"));
+  EXPECT_EQ(good.instrument, InstrumentChoice::kBoard);
+  EXPECT_EQ(good.board_instrument.mm_per_v[2], -2.5);
+  const auto again = test::value_of(parse_config(write_config(good), "again.toml"));
+  EXPECT_EQ(write_config(again), write_config(good));
 
   const auto read_rig = [](const std::string& text) {
     auto config = parse_config(text, "rig.toml");
@@ -107,11 +106,10 @@ TEST(DaqSection, ReadsBackAsWritten) {
   daq::DaqSensorConfig config;
   EXPECT_EQ(write_daq(*read<daq::DaqSensorConfig>("", read_daq)), write_daq(config));
   config = {"/a/b.cal", "SI-12-0.12", "-x +y -z", 0.9, false, 5.0, 9.35};
-  const auto again = read<daq::DaqSensorConfig>(write_daq(config), read_daq);
-  ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(write_daq(*again), write_daq(config));
-  EXPECT_EQ(again->axes, config.axes);
-  EXPECT_FALSE(again->bias_on_engage);
+  const auto again = test::value_of(read<daq::DaqSensorConfig>(write_daq(config), read_daq));
+  EXPECT_EQ(write_daq(again), write_daq(config));
+  EXPECT_EQ(again.axes, config.axes);
+  EXPECT_FALSE(again.bias_on_engage);
   test::expect_refusals({{"saturation_share = 0.2", "'part.saturation_share'", kOutOfRange, 2},
                          {"cal_file = \"x\"", "'cal_file'", kUnknownKey, 2}},
                         [](const std::string& text) { return read<daq::DaqSensorConfig>(text, read_daq); });
@@ -121,10 +119,9 @@ TEST(PhantomSection, EveryPresetReadsBackAsWritten) {
   for (const std::string& model : phantom::phantom_presets()) {
     const phantom::PhantomConfig config = *phantom::phantom_preset(model);
     const std::string text = write_phantom(config);
-    const auto again = read<phantom::PhantomConfig>(text, read_phantom);
-    ASSERT_TRUE(again) << again.error().text();
-    EXPECT_EQ(write_phantom(*again), text);
-    EXPECT_FALSE(phantom::check(*again));
+    const auto again = test::value_of(read<phantom::PhantomConfig>(text, read_phantom));
+    EXPECT_EQ(write_phantom(again), text);
+    EXPECT_FALSE(phantom::check(again));
     // The name alone brings all of it.
     const auto short_text = read<phantom::PhantomConfig>("model = \"" + model + "\"", read_phantom);
     ASSERT_TRUE(short_text);
@@ -133,18 +130,17 @@ TEST(PhantomSection, EveryPresetReadsBackAsWritten) {
 }
 
 TEST(PhantomSection, KeysChangeThePreset) {
-  const auto config = read<phantom::PhantomConfig>(
+  const auto config = test::value_of(read<phantom::PhantomConfig>(
       "transmission = [1.0, 2.0, 3.0]\nmodel = \"phantom_premium_1_0\"\ngimbal = true\n"
       "origin_mm = [1, 2, 3]\nwatchdog_ms = 10\n",
-      read_phantom);
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(config->transmission, (std::array{1.0, 2.0, 3.0})) << "whatever their order";
-  EXPECT_DOUBLE_EQ(config->arm.first_link_mm, 139.7);
-  EXPECT_TRUE(config->gimbal);
-  EXPECT_DOUBLE_EQ(config->origin_mm.y, 2.0);
-  EXPECT_DOUBLE_EQ(config->watchdog_ms, 10.0);
-  EXPECT_EQ(write_phantom(*read<phantom::PhantomConfig>(write_phantom(*config), read_phantom)),
-            write_phantom(*config));
+      read_phantom));
+  EXPECT_EQ(config.transmission, (std::array{1.0, 2.0, 3.0})) << "whatever their order";
+  EXPECT_DOUBLE_EQ(config.arm.first_link_mm, 139.7);
+  EXPECT_TRUE(config.gimbal);
+  EXPECT_DOUBLE_EQ(config.origin_mm.y, 2.0);
+  EXPECT_DOUBLE_EQ(config.watchdog_ms, 10.0);
+  EXPECT_EQ(write_phantom(*read<phantom::PhantomConfig>(write_phantom(config), read_phantom)),
+            write_phantom(config));
 }
 
 TEST(PhantomSection, WrongValuesAreNamed) {
@@ -172,25 +168,24 @@ std::string example(const std::string& readme) {
 }
 
 TEST(BoardSections, ExamplesOfTheReadmesAreRight) {
-  auto board = TomlDocument::parse(example("hal/daq/README.md"), "hal/daq/README.md");
-  ASSERT_TRUE(board) << board.error().text();
+  auto board = test::value_of(TomlDocument::parse(example("hal/daq/README.md"), "hal/daq/README.md"));
   daq::BoardConfig board_config;
   daq::DaqSensorConfig sensor_config;
-  read_board(board->root().table("rig").table("board"), board_config);
-  read_daq(board->root().table("rig").table("daq"), sensor_config);
+  read_board(board.root().table("rig").table("board"), board_config);
+  read_daq(board.root().table("rig").table("daq"), sensor_config);
   daq::BoardInstrumentConfig instrument;
-  read_instrument(board->root().table("rig").table("board_instrument"), instrument);
+  read_instrument(board.root().table("rig").table("board_instrument"), instrument);
   EXPECT_FALSE(check_instrument(instrument, board_config, true));
   EXPECT_EQ(daq::channels_of(instrument), std::vector<double>{6.0});
-  const auto board_error = board->error();
+  const auto board_error = board.error();
   EXPECT_FALSE(board_error) << board_error->text();
   EXPECT_EQ(write_board(board_config), write_board({})) << "it shows the defaults";
 
-  auto device = TomlDocument::parse(example("hal/phantom/README.md"), "hal/phantom/README.md");
-  ASSERT_TRUE(device) << device.error().text();
+  auto device =
+      test::value_of(TomlDocument::parse(example("hal/phantom/README.md"), "hal/phantom/README.md"));
   phantom::PhantomConfig config;
-  read_phantom(device->root().table("rig").table("phantom"), config);
-  const auto device_error = device->error();
+  read_phantom(device.root().table("rig").table("phantom"), config);
+  const auto device_error = device.error();
   EXPECT_FALSE(device_error) << device_error->text();
   EXPECT_FALSE(phantom::check(config));
   EXPECT_NEAR(config.arm.high_rad[2], phantom::PhantomConfig{}.arm.high_rad[2], 1e-4);

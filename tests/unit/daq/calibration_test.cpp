@@ -10,6 +10,7 @@
 #include "tests/emulators/board/gauge_emulator.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::daq {
 namespace {
@@ -40,18 +41,17 @@ double largest_difference(const Calibration& calibration) {
 }
 
 TEST(Calibration, UserAxesAreTheMatrix) {
-  const auto calibration = parse_calibration(file(), "made up");
-  ASSERT_TRUE(calibration) << calibration.error().text();
-  EXPECT_LT(largest_difference(*calibration), 1e-11);
-  EXPECT_EQ(calibration->serial, "FT00042");
-  EXPECT_EQ(calibration->body_style, "Nano17");
-  EXPECT_EQ(calibration->part_number, "SI-25-0.25");
-  EXPECT_EQ(calibration->file_version, "1.1");
-  EXPECT_DOUBLE_EQ(calibration->output_low_v, -10.0);
-  EXPECT_DOUBLE_EQ(calibration->output_high_v, 10.0);
-  EXPECT_DOUBLE_EQ(calibration->max_load[2], 35.0);
-  EXPECT_DOUBLE_EQ(calibration->max_load[5], 250.0);
-  EXPECT_TRUE(calibration->notes.empty());
+  const auto calibration = test::value_of(parse_calibration(file(), "made up"));
+  EXPECT_LT(largest_difference(calibration), 1e-11);
+  EXPECT_EQ(calibration.serial, "FT00042");
+  EXPECT_EQ(calibration.body_style, "Nano17");
+  EXPECT_EQ(calibration.part_number, "SI-25-0.25");
+  EXPECT_EQ(calibration.file_version, "1.1");
+  EXPECT_DOUBLE_EQ(calibration.output_low_v, -10.0);
+  EXPECT_DOUBLE_EQ(calibration.output_high_v, 10.0);
+  EXPECT_DOUBLE_EQ(calibration.max_load[2], 35.0);
+  EXPECT_DOUBLE_EQ(calibration.max_load[5], 250.0);
+  EXPECT_TRUE(calibration.notes.empty());
 }
 
 TEST(Calibration, LoadFromGaugesIsTheLoadThatWasPutOn) {
@@ -76,9 +76,8 @@ TEST(Calibration, AxesScalesAndTransformMakeTheSameMatrix) {
       CalibrationFileStyle style;
       style.transform = {shift, turn};
       const std::string text = with(file(style), "CalFileVersion=\"1.1\"", "CalFileVersion=\"1.0\"");
-      const auto calibration = parse_calibration(text, "made up");
-      ASSERT_TRUE(calibration) << calibration.error().text();
-      EXPECT_LT(largest_difference(*calibration), 1e-6) << "the scales have seven decimals";
+      const auto calibration = test::value_of(parse_calibration(text, "made up"));
+      EXPECT_LT(largest_difference(calibration), 1e-6) << "the scales have seven decimals";
     }
   }
 }
@@ -88,9 +87,8 @@ TEST(Calibration, VersionOneHoldsNoUserAxes) {
   style.version = "1.0";
   const std::string text = file(style);
   ASSERT_EQ(text.find("UserAxis"), std::string::npos);
-  const auto calibration = parse_calibration(text, "made up");
-  ASSERT_TRUE(calibration) << calibration.error().text();
-  EXPECT_LT(largest_difference(*calibration), 1e-6);
+  const auto calibration = test::value_of(parse_calibration(text, "made up"));
+  EXPECT_LT(largest_difference(calibration), 1e-6);
   // Left out, the transform is missed.
   const auto unmoved = parse_calibration(with(text, "Dz=\"6.096", "Dz=\"0.000"), "made up");
   ASSERT_TRUE(unmoved);
@@ -101,9 +99,8 @@ TEST(Calibration, FiveDecimalsAsTheMakerPrintsThemAreGoodForATenthOfAPercent) {
   CalibrationFileStyle style;
   style.version = "1.0";
   style.decimals = 5;
-  const auto calibration = parse_calibration(file(style), "made up");
-  ASSERT_TRUE(calibration) << calibration.error().text();
-  EXPECT_LT(largest_difference(*calibration), 1e-3 * 25.0);
+  const auto calibration = test::value_of(parse_calibration(file(style), "made up"));
+  EXPECT_LT(largest_difference(calibration), 1e-3 * 25.0);
 }
 
 TEST(Calibration, UnitsAreConverted) {
@@ -111,10 +108,9 @@ TEST(Calibration, UnitsAreConverted) {
     CalibrationFileStyle style;
     style.version = version;
     style.newton_metres = true;
-    const auto calibration = parse_calibration(file(style), "made up");
-    ASSERT_TRUE(calibration) << calibration.error().text();
-    EXPECT_LT(largest_difference(*calibration), 1e-6);
-    EXPECT_NEAR(calibration->max_load[3], 250.0, 1e-9);
+    const auto calibration = test::value_of(parse_calibration(file(style), "made up"));
+    EXPECT_LT(largest_difference(calibration), 1e-6);
+    EXPECT_NEAR(calibration.max_load[3], 250.0, 1e-9);
   }
   const auto pounds = parse_calibration(with(file(), "ForceUnits=\"N\"", "ForceUnits=\"lbf\""), "made up");
   ASSERT_TRUE(pounds);
@@ -153,9 +149,8 @@ TEST(Calibration, OneOfSeveralIsChosenByPartNumber) {
   const auto undecided = parse_calibration(both, "made up");
   ASSERT_FALSE(undecided);
   EXPECT_NE(undecided.error().text().find("part_number"), std::string::npos);
-  const auto small = parse_calibration(both, "made up", "SI-12-0.12");
-  ASSERT_TRUE(small) << small.error().text();
-  EXPECT_EQ(small->part_number, "SI-12-0.12");
+  const auto small = test::value_of(parse_calibration(both, "made up", "SI-12-0.12"));
+  EXPECT_EQ(small.part_number, "SI-12-0.12");
   const auto other = parse_calibration(both, "made up", "SI-50-0.5");
   ASSERT_FALSE(other);
   EXPECT_NE(other.error().limit.find("SI-12-0.12"), std::string::npos);
@@ -218,13 +213,13 @@ std::string with_rows(const std::array<const char*, 6>& rows, const char* versio
 
 TEST(Calibration, PlainRowsWithoutAnythingOptionalWillDo) {
   for (const char* version : {"1.0", "1.1"}) {
-    const auto calibration = parse_calibration(with_rows({"+1 0 0 0 0 0", "0\t2 0 0 0 0", "0 0 3e0 0 0 0",
-                                                          "0 0 0 -4 0 0", "0 0 0 0 5 0\n", " 0 0 0 0 0 6"},
-                                                         version),
-                                               "plain");
-    ASSERT_TRUE(calibration) << calibration.error().text();
-    EXPECT_DOUBLE_EQ(calibration->matrix[0][0], 1.0);
-    EXPECT_DOUBLE_EQ(calibration->matrix[3][3], -4.0);
+    const auto calibration =
+        test::value_of(parse_calibration(with_rows({"+1 0 0 0 0 0", "0\t2 0 0 0 0", "0 0 3e0 0 0 0",
+                                                    "0 0 0 -4 0 0", "0 0 0 0 5 0\n", " 0 0 0 0 0 6"},
+                                                   version),
+                                         "plain"));
+    EXPECT_DOUBLE_EQ(calibration.matrix[0][0], 1.0);
+    EXPECT_DOUBLE_EQ(calibration.matrix[3][3], -4.0);
   }
 }
 
@@ -275,8 +270,7 @@ TEST(Calibration, TruncatedOrForeignBytesAreRefused) {
 TEST(Calibration, FilesAreReadAndMissingOnesNamed) {
   using enum hal::ErrorCode;
   const test::TemporaryFolder folder;
-  const auto calibration = load_calibration(folder.write("sensor.cal", file()));
-  ASSERT_TRUE(calibration) << calibration.error().text();
+  const auto calibration = test::value_of(load_calibration(folder.write("sensor.cal", file())));
   test::expect_refusals(
       {
           {folder.path("other.cal"), "other.cal", kUnreadable},

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <thread>
 
 #include "hal/daq/board_factory.h"
@@ -16,6 +15,7 @@
 #include "tests/support/eventually.h"
 #include "tests/support/part_report.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::daq {
 namespace {
@@ -341,25 +341,24 @@ TEST_F(ComediBoard, ASensorOnItSaysTheLoad) {
   DaqSensorConfig sensor_config;
   sensor_config.calibration_file = folder.write("sensor.cal", gauges.calibration_file({}));
   sensor_config.engage_timeout_s = 20.0;
-  auto made = DaqSensor::create(sensor_config, make());
-  ASSERT_TRUE(made) << made.error().text();
-  const auto error = (*made)->engage();
+  auto made = test::value_of(DaqSensor::create(sensor_config, make()));
+  const auto error = made->engage();
   ASSERT_FALSE(error) << error->text();
   put({1.0, -2.0, 5.0}, {20.0, 0.0, -10.0});
   hal::RigSample sample;
   EXPECT_TRUE(eventually([&] {
     sample = {};
-    (*made)->read(sample);
+    made->read(sample);
     return sample.force_count > 0 && std::abs(sample.sensor_force_n.z - 5.0) < 0.01;
   }));
   EXPECT_EQ(sample.status, 0U);
   EXPECT_NEAR(sample.sensor_force_n.x, 1.0, 0.01);
   EXPECT_NEAR(sample.sensor_force_n.y, -2.0, 0.01);
   EXPECT_NEAR(sample.sensor_torque_n_mm.z, -10.0, 0.1);
-  const hal::PartReport report = (*made)->report();
+  const hal::PartReport report = made->report();
   EXPECT_EQ(report.state, hal::PartState::kReady);
   EXPECT_NE(report.connection.find("comedi"), std::string::npos);
-  (*made)->disengage();
+  made->disengage();
   EXPECT_EQ(stand_in.opened(), 0);
 }
 

@@ -3,16 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdio>
-#include <memory>
 #include <string>
 
 #include "server/identification/session/contact/contact_identification.h"
-#include "server/identification/session/gains_identification.h"
 #include "server/identification/session/structural_identification.h"
-#include "server/identification/session/threshold_identification.h"
-#include "server/identification/session/tool_identification.h"
 #include "tests/emulated_rig/board_rig.h"
 #include "tests/emulated_rig/emulated_rig.h"
 #include "tests/emulated_rig/identify_run.h"
@@ -72,29 +67,6 @@ TEST(InAnyDirection, ASpongeIsTheSameOnTheBoard) {
   const double upright_mm = deepest_mm(kUpright);
   EXPECT_NEAR(deepest_mm({{1.0, -1.0, -0.5}, {0.0, 1.0, -1.0}}) / upright_mm, 1.0, 0.05);
   EXPECT_NEAR(deepest_mm({{0.0, 0.0, -1.0}, {0.3, 1.0, 0.0}}) / upright_mm, 1.0, 0.05);
-}
-
-TEST(OnTheBoard, ATool) {
-  const RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
-  const rt::IdentifiedModel model = identified_on_board<identification::ToolIdentification>(
-      config, identification::ToolTask{}, SeenAs::kRaw);
-  EXPECT_NEAR(std::get<rt::ToolModel>(model.content).mass_g / config.simulation.tool_mass_g, 1.0, 0.05);
-}
-
-TEST(OnTheBoard, AThreshold) {
-  const RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
-  const rt::IdentifiedModel model = identified_on_board<identification::ThresholdIdentification>(
-      config, identification::ThresholdTask{}, SeenAs::kSeated, kUpright, 240.0);
-  const auto& found = std::get<rt::ThresholdModel>(model.content);
-  EXPECT_GE(found.threshold_n, found.largest_residual_n);
-  EXPECT_LT(found.threshold_n, 0.1);
-}
-
-TEST(OnTheBoard, Gains) {
-  const RunConfig config = rig_for_identification(world("phantom_1_0", "sponge_block", "rod"));
-  const rt::IdentifiedModel model = identified_on_board<identification::GainsIdentification>(
-      config, identification::GainsTask{}, SeenAs::kRaw, kUpright, 240.0);
-  EXPECT_GT(std::get<rt::GainsModel>(model.content).proportional_gain, 0.5);
 }
 
 TEST(OnTheBoard, StructuralStiffnessByAnInstrumentOnIt) {

@@ -1,7 +1,6 @@
 // Faults at the Net F/T box and at the vendor's library while force is rendered over the real transports.
 // The machine may pause for as long as it likes: nothing here depends on when something happened.
 
-#include <algorithm>
 #include <vector>
 
 #include "fault_expectations.h"

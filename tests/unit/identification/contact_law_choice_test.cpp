@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -127,24 +126,22 @@ TEST(ContactLawChoice, ACompressedElastomerGetsACurveThatItsWholeLoadingObeys) {
   if (path.empty()) GTEST_SKIP() << "HAPTICD_RECORDINGS has no such recording";
   replay::RecordingColumns columns;
   columns.position.column = "compression_mm";
-  const auto recording = replay::load_recording(path.string(), columns);
-  ASSERT_TRUE(recording) << recording.error().text();
-  ContactIdentification identification(ContactTask{}, recording_rig(1.0 / recording->median_step_s));
-  play(identification, *recording);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  const auto& curve = std::get<rt::ContactModel>(model->content).creep;
+  const auto recording = value_of(replay::load_recording(path.string(), columns));
+  ContactIdentification identification(ContactTask{}, recording_rig(1.0 / recording.median_step_s));
+  play(identification, recording);
+  const auto model = value_of(identification.finish());
+  const auto& curve = std::get<rt::ContactModel>(model.content).creep;
   ASSERT_TRUE(curve);
-  EXPECT_NE(model->procedure.find("chosen: "), std::string::npos) << model->procedure;
-  EXPECT_EQ(model->procedure.find("chosen: power law"), std::string::npos) << model->procedure;
-  const double surface_mm = parameter(*model, "curve_surface_mm").value;
-  EXPECT_NEAR(model->validity.max_displacement_mm, 20.0 - surface_mm, 0.1);
+  EXPECT_NE(model.procedure.find("chosen: "), std::string::npos) << model.procedure;
+  EXPECT_EQ(model.procedure.find("chosen: power law"), std::string::npos) << model.procedure;
+  const double surface_mm = parameter(model, "curve_surface_mm").value;
+  EXPECT_NEAR(model.validity.max_displacement_mm, 20.0 - surface_mm, 0.1);
   CreepForce inverse(curve->parameters);
   double left = 0.0, whole = 0.0;
-  for (std::size_t i = 0; i < recording->time_s.size(); ++i) {
-    const double force_n = inverse.update(recording->depth_mm[i] - surface_mm, recording->median_step_s);
-    left += std::pow(force_n - recording->force_n[i], 2);
-    whole += std::pow(recording->force_n[i], 2);
+  for (std::size_t i = 0; i < recording.time_s.size(); ++i) {
+    const double force_n = inverse.update(recording.depth_mm[i] - surface_mm, recording.median_step_s);
+    left += std::pow(force_n - recording.force_n[i], 2);
+    whole += std::pow(recording.force_n[i], 2);
   }
   EXPECT_LT(std::sqrt(left / whole), 0.02);
 }

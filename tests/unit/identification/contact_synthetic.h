@@ -11,8 +11,11 @@
 #include "rt/deformation/hunt_crossley.h"
 #include "rt/record/observation.h"
 #include "server/identification/gate/palpation_sample.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::identification::test {
+
+using hapticd::test::value_of;
 
 /// Smooth presses of given depths and rates, with pauses outside of the object in between.
 struct SyntheticPress {

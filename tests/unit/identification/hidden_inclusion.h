@@ -4,8 +4,11 @@
 
 #include "rt/inclusion/inclusion_energy.h"
 #include "rt/signal/vector.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::identification::test {
+
+using hapticd::test::value_of;
 
 /// Radius of the round object that inclusions are hidden in; its uppermost point is the origin.
 inline constexpr double kRadiusMm = 60.0;

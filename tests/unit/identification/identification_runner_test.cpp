@@ -19,6 +19,7 @@
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -90,11 +91,10 @@ TEST(IdentificationRunner, ReportsAndEndsWhateverClientsAskMeanwhile) {
     }
   });
   for (int round = 0; round < 3; ++round) {
-    const auto id = bench.runner.start(contact_request(), 3);
-    ASSERT_TRUE(id) << id.refusal().error.text();
+    const auto id = hapticd::test::value_of(bench.runner.start(contact_request(), 3));
     std::this_thread::yield();
     if (round == 1) bench.runner.end_under(3, {"the lease has ended", "lease", "", "", "acquire one"});
-    const auto ended = bench.runner.cancel(*id, patient());
+    const auto ended = bench.runner.cancel(id, patient());
     ASSERT_TRUE(ended);
     EXPECT_NE(ended->state, IdentificationState::kRunning);
     EXPECT_NE(ended->state, IdentificationState::kConverged);
@@ -145,7 +145,8 @@ TEST(IdentificationRunner, NothingWaitsWhileARecordingIsReadAndItIsGivenUpAtTheE
       (void)bench.runner.start(request);
       over = true;
     });
-    for (int turn = 0; turn < 20 * attempt; ++turn) std::this_thread::yield();  // who comes first is left to chance
+    for (int turn = 0; turn < 20 * attempt; ++turn)
+      std::this_thread::yield();  // who comes first is left to chance
     // Busy although none is listed as running: its recording is being read, and these calls returned.
     while (!over && !answered_meanwhile) {
       const auto refused = bench.runner.start(contact_request());

@@ -9,8 +9,11 @@
 
 #include "hal/rig.h"
 #include "server/identification/session/identification.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::identification::test {
+
+using hapticd::test::value_of;
 
 /// Estimated parameter of that name. Throws std::out_of_range if there is none.
 inline const rt::EstimatedParameter& parameter(const std::vector<rt::EstimatedParameter>& all,

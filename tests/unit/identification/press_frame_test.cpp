@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "contact_synthetic.h"
 #include "rt/signal/vector.h"

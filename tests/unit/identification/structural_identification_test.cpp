@@ -86,13 +86,12 @@ TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
   StructuralIdentification identification({.constant = true}, high_force());
   StructuralBench bench{[](const Vector3&) { return 1.0 / 2.537; }};
   bench.follow(identification, 8);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  EXPECT_TRUE(model->converged);
-  const auto& structure = std::get<rt::StructuralModel>(model->content);
+  const auto model = value_of(identification.finish());
+  EXPECT_TRUE(model.converged);
+  const auto& structure = std::get<rt::StructuralModel>(model.content);
   EXPECT_NEAR(structure.stiffness_n_per_mm, 2.537, 1e-6);
   EXPECT_EQ(structure.gradient_per_mm.x, 0.0);
-  EXPECT_LT(model->residual, 1e-4);
+  EXPECT_LT(model.residual, 1e-4);
   EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest) << "nothing more is wanted";
 }
 
@@ -176,10 +175,9 @@ TEST(StructuralIdentification, MotorsOfHardwareCoolBetweenPresses) {
         identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
       }
     }
-    const auto model = identification.finish();
-    ASSERT_TRUE(model) << model.error().text();
-    EXPECT_TRUE(model->converged);
-    EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
+    const auto model = value_of(identification.finish());
+    EXPECT_TRUE(model.converged);
+    EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 1e-4);
     if (hardware) {
       EXPECT_GT(rests, 0);
       EXPECT_LT(bench.hottest, 0.8) << "where a device warns";
@@ -257,9 +255,8 @@ TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
     bad.device_command_n.z = std::numeric_limits<double>::infinity();
     identification.add(bad);
   }
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 0.02);
+  const auto model = value_of(identification.finish());
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 0.02);
   EXPECT_TRUE(has_remark(identification, "left out"));
 }
 
@@ -330,10 +327,9 @@ TEST(StructuralIdentification, NoiseAndDriftOfTheInstrumentStayWithinItsUncertai
   walls.noise_mm = 0.03;
   walls.drift_mm_per_s = 0.01;
   walls.follow(identification, 6);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  const double found = std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm;
-  const double error = parameter(*model, "structural_stiffness_n_per_mm").standard_error;
+  const auto model = value_of(identification.finish());
+  const double found = std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm;
+  const double error = parameter(model, "structural_stiffness_n_per_mm").standard_error;
   EXPECT_NEAR(found, 2.5, 0.025);
   EXPECT_LT(std::abs(found - 2.5), 4.0 * error);
   EXPECT_LT(error, 0.05);
@@ -344,10 +340,9 @@ TEST(StructuralIdentification, OneDirectionOnlyAndAnEndUnderLoadAreEnough) {
   WatchedWalls walls;
   walls.lets_go = false;
   walls.follow(identification, 1);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-3);
-  EXPECT_EQ(parameter(*model, "back_drive_friction_n").standard_error, HUGE_VAL)
+  const auto model = value_of(identification.finish());
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 1e-3);
+  EXPECT_EQ(parameter(model, "back_drive_friction_n").standard_error, HUGE_VAL)
       << "nothing is known of friction";
 }
 
@@ -415,12 +410,11 @@ TEST(StructuralIdentification, OnARigidObjectTheEncodersTellTheBend) {
           << "the device presses";
       bench.press(identification);
     }
-    const auto model = identification.finish();
-    ASSERT_TRUE(model) << model.error().text();
-    EXPECT_TRUE(model->converged);
-    EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 2.5e-3);
-    EXPECT_NEAR(parameter(*model, "back_drive_friction_n").value, 0.2, 0.03) << "turns of motion blur it";
-    EXPECT_NE(model->procedure.find("lower bound"), std::string::npos);
+    const auto model = value_of(identification.finish());
+    EXPECT_TRUE(model.converged);
+    EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 2.5e-3);
+    EXPECT_NEAR(parameter(model, "back_drive_friction_n").value, 0.2, 0.03) << "turns of motion blur it";
+    EXPECT_NE(model.procedure.find("lower bound"), std::string::npos);
     EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
   }
 }
@@ -456,11 +450,10 @@ TEST(StructuralIdentification, NoiseAndDriftOfTheEncodersOnARigidObjectStayWithi
   StructuralIdentification identification({.rigid_contact = true}, high_force());
   RigidBench bench{.noise_mm = 0.01, .drift_mm_per_s = 0.01};
   for (int i = 0; i < 6; ++i) bench.press(identification);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  const double found = std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm;
+  const auto model = value_of(identification.finish());
+  const double found = std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm;
   EXPECT_NEAR(found, 2.5, 0.025);
-  EXPECT_LT(std::abs(found - 2.5), 4.0 * parameter(*model, "structural_stiffness_n_per_mm").standard_error);
+  EXPECT_LT(std::abs(found - 2.5), 4.0 * parameter(model, "structural_stiffness_n_per_mm").standard_error);
 }
 
 TEST(StructuralIdentification, AnObjectAssumedAsSoftAsTheDeviceIsRefused) {

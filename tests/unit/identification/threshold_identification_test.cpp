@@ -56,15 +56,14 @@ void run(Identification& identification, double seconds, double size_n, double f
 TEST(ThresholdIdentification, LiesAboveTheLargestResidualAndSaysByHowMuch) {
   ThresholdIdentification identification({.duration_s = 20.0}, threshold_rig());
   run(identification, 50.0, 0.02);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  const auto& threshold = std::get<rt::ThresholdModel>(model->content);
+  const auto model = value_of(identification.finish());
+  const auto& threshold = std::get<rt::ThresholdModel>(model.content);
   EXPECT_GT(threshold.largest_residual_n, 0.017);
   EXPECT_LT(threshold.largest_residual_n, 0.05);
   EXPECT_GE(threshold.threshold_n, threshold.largest_residual_n);
   EXPECT_GT(threshold.observed_s, 46.0);
-  EXPECT_NE(model->procedure.find("margin"), std::string::npos);
-  EXPECT_EQ(model->parameters.front().name, "threshold_n");
+  EXPECT_NE(model.procedure.find("margin"), std::string::npos);
+  EXPECT_EQ(model.parameters.front().name, "threshold_n");
 }
 
 TEST(ThresholdIdentification, WaitsUntilTheToolIsFree) {
@@ -175,9 +174,8 @@ TEST(ThresholdIdentification, TicksWithoutAFreshForceAreBridged) {
     }
     identification.add(o);
   }
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  const auto& threshold = std::get<rt::ThresholdModel>(model->content);
+  const auto model = value_of(identification.finish());
+  const auto& threshold = std::get<rt::ThresholdModel>(model.content);
   EXPECT_GT(threshold.observed_s, 29.0);
   EXPECT_LT(threshold.threshold_n, 0.02);
 }
@@ -191,9 +189,8 @@ TEST(ThresholdIdentification, GapsAndNaNStartItAgain) {
     if (i % 7000 < 100) continue;
     identification.add(o);
   }
-  const auto model = identification.finish();
-  ASSERT_TRUE(model) << model.error().text();
-  EXPECT_LT(std::get<rt::ThresholdModel>(model->content).threshold_n, 0.02);
+  const auto model = value_of(identification.finish());
+  EXPECT_LT(std::get<rt::ThresholdModel>(model.content).threshold_n, 0.02);
   EXPECT_EQ(identification.progress().remarks.size(), 3U);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tests/support/child_process.h"
+#include "tests/support/value_of.h"
 #include "tests/unit/modbus/driven_rig.h"
 
 namespace hapticd::test {
@@ -30,23 +31,22 @@ TEST(ModbusPeers, ADriveBehindPymodbusIsTurned) {
   config.link.response_timeout_s = 2.0;
   turntable::TurntableSettings settings = quick_settings();
   settings.stale_after_s = 5.0;
-  auto table = modbus::create(config, settings);
-  ASSERT_TRUE(table) << table.error().text();
-  const auto engaged = (*table)->engage();
+  auto table = test::value_of(modbus::create(config, settings));
+  const auto engaged = table->engage();
   ASSERT_FALSE(engaged) << engaged->text();
-  EXPECT_NEAR(*(*table)->status().position_deg, 40.0, 1e-9);
+  EXPECT_NEAR(*table->status().position_deg, 40.0, 1e-9);
   const auto end_of = [&](const hal::Result<std::uint64_t>& motion) {
     EXPECT_TRUE(motion) << motion.error().text();
     const auto until = std::chrono::steady_clock::now() + kTimeout;
     while (std::chrono::steady_clock::now() < until) {
-      const hal::TurntableStatus now = (*table)->status();
+      const hal::TurntableStatus now = table->status();
       if (now.motion.number == *motion && now.motion.end != hal::MotionEnd::kUnderWay) return now;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    return (*table)->status();
+    return table->status();
   };
-  EXPECT_EQ(end_of((*table)->home()).motion.end, hal::MotionEnd::kArrived);
-  const hal::TurntableStatus end = end_of((*table)->move_to(-90.0, {180.0, 0.0}));
+  EXPECT_EQ(end_of(table->home()).motion.end, hal::MotionEnd::kArrived);
+  const hal::TurntableStatus end = end_of(table->move_to(-90.0, {180.0, 0.0}));
   EXPECT_EQ(end.motion.end, hal::MotionEnd::kArrived)
       << (end.motion.problem ? end.motion.problem->text() : "");
   EXPECT_NEAR(*end.position_deg, -90.0, 1e-3);

@@ -5,6 +5,8 @@
 #include <array>
 #include <string>
 
+#include "tests/support/value_of.h"
+
 namespace hapticd::hal {
 namespace {
 
@@ -21,10 +23,9 @@ TEST(AxisMap, IsTheIdentityUnlessReported) {
 }
 
 TEST(AxisMap, NamesTheSensorsAxisForEachOfTheTools) {
-  const auto map = AxisMap::parse("+y -x +z", "here");
-  ASSERT_TRUE(map) << map.error().text();
-  expect_vector(map->to_tool({1.0, 2.0, 3.0}), {2.0, -1.0, 3.0});
-  EXPECT_EQ(map->text(), "+y -x +z");
+  const auto map = test::value_of(AxisMap::parse("+y -x +z", "here"));
+  expect_vector(map.to_tool({1.0, 2.0, 3.0}), {2.0, -1.0, 3.0});
+  EXPECT_EQ(map.text(), "+y -x +z");
 }
 
 TEST(AxisMap, ReadsWithoutPlusAndBlanks) {

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/value_of.h"
+
 namespace hapticd::netft {
 namespace {
 
@@ -36,40 +38,37 @@ std::string without(const std::string& element) {
 }
 
 TEST(NetFtConfiguration, IsRead) {
-  const auto box = parse_netft_configuration(kPage, "page");
-  ASSERT_TRUE(box) << box.error().text();
-  EXPECT_EQ(box->product, "Net F/T");
-  EXPECT_EQ(box->firmware, "2.2.59");
-  EXPECT_EQ(box->calibration_serial, "FT12345");
-  EXPECT_DOUBLE_EQ(box->newtons_per_count, 1e-6);
-  EXPECT_DOUBLE_EQ(box->newton_millimetres_per_count, 4e-6);
-  EXPECT_EQ(box->ranges, (std::array<double, 6>{25, 25, 35, 250, 250, 250}));
-  EXPECT_EQ(box->bias, (std::array<double, 6>{745, 17, 447, 184, -596, -253}));
-  EXPECT_EQ(box->low_pass_hz, 838.0);
-  EXPECT_EQ(box->rdt_enabled, true);
-  EXPECT_EQ(box->rdt_rate_hz, 7000.0);
-  EXPECT_EQ(box->records_per_datagram, 1);
-  EXPECT_EQ(box->status, 0x8001'0000U);
+  const auto box = test::value_of(parse_netft_configuration(kPage, "page"));
+  EXPECT_EQ(box.product, "Net F/T");
+  EXPECT_EQ(box.firmware, "2.2.59");
+  EXPECT_EQ(box.calibration_serial, "FT12345");
+  EXPECT_DOUBLE_EQ(box.newtons_per_count, 1e-6);
+  EXPECT_DOUBLE_EQ(box.newton_millimetres_per_count, 4e-6);
+  EXPECT_EQ(box.ranges, (std::array<double, 6>{25, 25, 35, 250, 250, 250}));
+  EXPECT_EQ(box.bias, (std::array<double, 6>{745, 17, 447, 184, -596, -253}));
+  EXPECT_EQ(box.low_pass_hz, 838.0);
+  EXPECT_EQ(box.rdt_enabled, true);
+  EXPECT_EQ(box.rdt_rate_hz, 7000.0);
+  EXPECT_EQ(box.records_per_datagram, 1);
+  EXPECT_EQ(box.status, 0x8001'0000U);
 }
 
 TEST(NetFtConfiguration, UnitsScaleCountsAndRanges) {
   std::string page = with("scfgfu", " lbf ");
   const std::string torque = "<scfgtu>Nmm</scfgtu>";
   page.replace(page.find(torque), torque.size(), "<scfgtu>lbf-in</scfgtu>");
-  const auto box = parse_netft_configuration(page, "page");
-  ASSERT_TRUE(box) << box.error().text();
-  EXPECT_DOUBLE_EQ(box->newtons_per_count, 4.4482216152605e-6);
-  EXPECT_DOUBLE_EQ(box->newton_millimetres_per_count, 25.4 * 4.4482216152605 / 250000.0);
-  EXPECT_DOUBLE_EQ((*box->ranges)[2], 35.0 * 4.4482216152605);
-  EXPECT_DOUBLE_EQ((*box->ranges)[5], 250.0 * 25.4 * 4.4482216152605);
+  const auto box = test::value_of(parse_netft_configuration(page, "page"));
+  EXPECT_DOUBLE_EQ(box.newtons_per_count, 4.4482216152605e-6);
+  EXPECT_DOUBLE_EQ(box.newton_millimetres_per_count, 25.4 * 4.4482216152605 / 250000.0);
+  EXPECT_DOUBLE_EQ((*box.ranges)[2], 35.0 * 4.4482216152605);
+  EXPECT_DOUBLE_EQ((*box.ranges)[5], 250.0 * 25.4 * 4.4482216152605);
 }
 
 TEST(NetFtConfiguration, UnitsMayBeGivenByNumber) {
   std::string page = without("scfgfu");
   page.insert(page.find("<cfgcpf>"), "<cfgfu>5</cfgfu>");
-  const auto box = parse_netft_configuration(page, "page");
-  ASSERT_TRUE(box) << box.error().text();
-  EXPECT_DOUBLE_EQ(box->newtons_per_count, 9.80665e-6);
+  const auto box = test::value_of(parse_netft_configuration(page, "page"));
+  EXPECT_DOUBLE_EQ(box.newtons_per_count, 9.80665e-6);
 }
 
 TEST(NetFtConfiguration, ListsMayBeSeparatedOtherwise) {
@@ -81,12 +80,11 @@ TEST(NetFtConfiguration, ListsMayBeSeparatedOtherwise) {
 }
 
 TEST(NetFtConfiguration, WhatIsNotRequiredMayBeAbsent) {
-  const auto box = parse_netft_configuration(
-      "<x><cfgcpf>1e6</cfgcpf><cfgcpt>1e6</cfgcpt><scfgfu>N</scfgfu><scfgtu>N-m</scfgtu></x>", "page");
-  ASSERT_TRUE(box) << box.error().text();
-  EXPECT_DOUBLE_EQ(box->newton_millimetres_per_count, 1e-3);
-  EXPECT_FALSE(box->ranges || box->bias || box->low_pass_hz || box->rdt_enabled || box->rdt_rate_hz ||
-               box->status || box->tool_transformation);
+  const auto box = test::value_of(parse_netft_configuration(
+      "<x><cfgcpf>1e6</cfgcpf><cfgcpt>1e6</cfgcpt><scfgfu>N</scfgfu><scfgtu>N-m</scfgtu></x>", "page"));
+  EXPECT_DOUBLE_EQ(box.newton_millimetres_per_count, 1e-3);
+  EXPECT_FALSE(box.ranges || box.bias || box.low_pass_hz || box.rdt_enabled || box.rdt_rate_hz ||
+               box.status || box.tool_transformation);
 }
 
 TEST(NetFtConfiguration, WhatIsRequiredIsNamedWhenItIsAbsent) {

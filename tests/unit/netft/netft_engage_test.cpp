@@ -3,7 +3,6 @@
 #include <dirent.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <functional>
 
 #include "netft_bench.h"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/refusals.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -18,9 +19,8 @@ hal::Result<netft::NetFtConfig> parse(const std::string& text) {
 
 TEST(NetFtSection, DefaultsWrittenOutReadBackAsTheSame) {
   const std::string text = write_netft(netft::NetFtConfig{});
-  const auto config = parse(text);
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(write_netft(*config), text);
+  const auto config = test::value_of(parse(text));
+  EXPECT_EQ(write_netft(config), text);
   EXPECT_EQ(write_netft(*parse("")), text);
 }
 
@@ -32,11 +32,10 @@ TEST(NetFtSection, EveryKeyIsReadAndWritten) {
       "838.0\n"
       "tool_mass_g = 11.5\naxes = \"+y -x +z\"\nread_configuration = false\ncounts_per_force = 4448.0\n"
       "counts_per_torque = 200.0\nforce_unit = \"lbf\"\ntorque_unit = \"lbf-in\"\nfifo_priority = 0\n";
-  const auto config = parse(text);
-  ASSERT_TRUE(config) << config.error().text();
-  EXPECT_EQ(write_netft(*config), text);
-  EXPECT_EQ(config->bias, netft::BiasBy::kBox);
-  EXPECT_EQ(config->low_pass_hz, 838.0);
+  const auto config = test::value_of(parse(text));
+  EXPECT_EQ(write_netft(config), text);
+  EXPECT_EQ(config.bias, netft::BiasBy::kBox);
+  EXPECT_EQ(config.low_pass_hz, 838.0);
   // None of them is a default: all 22 lines were read.
   const std::string defaults = write_netft(netft::NetFtConfig{});
   std::size_t lines = 0;

@@ -9,6 +9,7 @@
 #include "device_bench.h"
 #include "hal/daq/daq_sensor.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::phantom {
 namespace {
@@ -238,23 +239,22 @@ TEST(PhantomDevice, ASensorMayLiveOnTheSameBoard) {
   daq::DaqSensorConfig config;
   config.calibration_file = folder.write("sensor.cal", bench.board->gauges().calibration_file({}));
   config.bias_on_engage = false;
-  auto sensor = daq::DaqSensor::create(config, bench.board);
-  ASSERT_TRUE(sensor) << sensor.error().text();
+  auto sensor = test::value_of(daq::DaqSensor::create(config, bench.board));
   std::thread clock([&] {
     test::eventually([&] { return bench.board->engaged(daq::BoardUse::kInputs); });
     bench.pass_ms(2.0);
   });
-  ASSERT_FALSE((*sensor)->engage());
+  ASSERT_FALSE(sensor->engage());
   clock.join();
   hal::RigSample sample;
-  (*sensor)->read(sample);  // what came in between
+  sensor->read(sample);  // what came in between
   sample = bench.tick({0.0, 0.0, 1.0});
   const hal::Vector3 tip = sample.tip_position_mm;
-  (*sensor)->read(sample);
+  sensor->read(sample);
   EXPECT_EQ(sample.status, 0U);
   EXPECT_EQ(sample.force_count, 10U);
   EXPECT_EQ(sample.tip_position_mm.x, tip.x);
-  (*sensor)->disengage();
+  sensor->disengage();
   EXPECT_EQ(bench.tick({0.0, 0.0, 1.0}).status, 0U) << "the device does not notice";
   EXPECT_NEAR(bench.board->tip_force_n().z, 1.0, 0.01);
 }

@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <iostream>
 #include <sstream>
 
 #include "hal/replay/csv_file.h"

@@ -10,6 +10,7 @@
 #include "hal/replay/csv_file.h"
 #include "hal/replay/recording.h"
 #include "hal/replay/replay_rig.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::replay {
 namespace {
@@ -34,11 +35,11 @@ std::string refusal(std::string_view content, const RecordingColumns& columns = 
 }
 
 TEST(ReplayColumns, AreFoundByNameAndUnitSuffix) {
-  const auto recording = load("time_ms,load_mN,ignored,tip_um\n0,500,text is fine here,0\n100,1500,,2000\n");
-  ASSERT_TRUE(recording) << recording.error().text();
-  EXPECT_DOUBLE_EQ(recording->time_s[1], 0.1);
-  EXPECT_DOUBLE_EQ(recording->force_n[1], 1.5);
-  EXPECT_DOUBLE_EQ(recording->depth_mm[1], 2.0);
+  const auto recording =
+      test::value_of(load("time_ms,load_mN,ignored,tip_um\n0,500,text is fine here,0\n100,1500,,2000\n"));
+  EXPECT_DOUBLE_EQ(recording.time_s[1], 0.1);
+  EXPECT_DOUBLE_EQ(recording.force_n[1], 1.5);
+  EXPECT_DOUBLE_EQ(recording.depth_mm[1], 2.0);
 }
 
 TEST(ReplayColumns, AreMappedByNameUnitAndScale) {
@@ -46,29 +47,26 @@ TEST(ReplayColumns, AreMappedByNameUnitAndScale) {
   columns.time = {.column = "clock", .unit = "ms", .scale = 1.0};
   columns.force = {.column = "load_uN", .unit = "", .scale = 1e6};
   columns.position = {.column = "z_m", .unit = "um", .scale = -1.0};
-  const auto recording = load("z_m,clock,load_uN\n1000,0,0.25\n2000,10,0.5\n", columns);
-  ASSERT_TRUE(recording) << recording.error().text();
-  EXPECT_DOUBLE_EQ(recording->time_s[1], 0.01);
-  EXPECT_DOUBLE_EQ(recording->force_n[1], 0.5);
-  EXPECT_DOUBLE_EQ(recording->depth_mm[1], -2.0) << "the mapping's unit goes before the name's";
+  const auto recording = test::value_of(load("z_m,clock,load_uN\n1000,0,0.25\n2000,10,0.5\n", columns));
+  EXPECT_DOUBLE_EQ(recording.time_s[1], 0.01);
+  EXPECT_DOUBLE_EQ(recording.force_n[1], 0.5);
+  EXPECT_DOUBLE_EQ(recording.depth_mm[1], -2.0) << "the mapping's unit goes before the name's";
 }
 
 TEST(ReplayColumns, WithoutUnitInTheNameTakeTheMappings) {
   RecordingColumns columns;
   columns.time.unit = "ms";
-  const auto recording = load("time,force_N,position_mm\n0,0,0\n5,1,1\n", columns);
-  ASSERT_TRUE(recording) << recording.error().text();
-  EXPECT_DOUBLE_EQ(recording->time_s[1], 0.005);
+  const auto recording = test::value_of(load("time,force_N,position_mm\n0,0,0\n5,1,1\n", columns));
+  EXPECT_DOUBLE_EQ(recording.time_s[1], 0.005);
 }
 
 TEST(ReplayFileFormat, AllowsCommentsBlankLinesCrlfBomAndSigns) {
-  const auto recording = load(
-      "\xEF\xBB\xBF# a comment\r\ntime_s, force_N ,depth_mm\r\n\r\n0,+0.1,-1e-3\r\n  # another\r\n 0.1 "
-      ",\t0.2,0\r\n\r\n");
-  ASSERT_TRUE(recording) << recording.error().text();
-  ASSERT_EQ(recording->time_s.size(), 2U);
-  EXPECT_DOUBLE_EQ(recording->force_n[0], 0.1);
-  EXPECT_DOUBLE_EQ(recording->depth_mm[0], -1e-3);
+  const auto recording = test::value_of(
+      load("\xEF\xBB\xBF# a comment\r\ntime_s, force_N ,depth_mm\r\n\r\n0,+0.1,-1e-3\r\n  # another\r\n 0.1 "
+           ",\t0.2,0\r\n\r\n"));
+  ASSERT_EQ(recording.time_s.size(), 2U);
+  EXPECT_DOUBLE_EQ(recording.force_n[0], 0.1);
+  EXPECT_DOUBLE_EQ(recording.depth_mm[0], -1e-3);
 }
 
 TEST(ReplayFileFormat, CountsTimeFromTheFirstRow) {
@@ -126,12 +124,12 @@ TEST(ReplayFileFormat, OfOtherMachinesIsReadAsItIs) {
   };
   for (const Machine& machine : machines) {
     SCOPED_TRACE(machine.content);
-    const auto recording = load(machine.content, {}, {.decimal_comma = machine.decimal_comma});
-    ASSERT_TRUE(recording) << recording.error().text();
-    ASSERT_EQ(recording->time_s.size(), 2U);
-    EXPECT_DOUBLE_EQ(recording->time_s[1], 0.5);
-    EXPECT_NEAR(recording->force_n[1], 2.0, 1e-12);
-    EXPECT_NEAR(recording->depth_mm[1], 3.0, 1e-12);
+    const auto recording =
+        test::value_of(load(machine.content, {}, {.decimal_comma = machine.decimal_comma}));
+    ASSERT_EQ(recording.time_s.size(), 2U);
+    EXPECT_DOUBLE_EQ(recording.time_s[1], 0.5);
+    EXPECT_NEAR(recording.force_n[1], 2.0, 1e-12);
+    EXPECT_NEAR(recording.depth_mm[1], 3.0, 1e-12);
   }
 }
 
@@ -159,9 +157,9 @@ TEST(ReplayColumns, HaveTheUnitsOfTheirTrade) {
 TEST(ReplayColumns, OfARowOfUnitsAreMappedByTheirNameAlone) {
   RecordingColumns columns;
   columns.force.column = "Load 2";
-  const auto recording = load("Time,Load,Load 2,Extension\ns,N,kN,mm\n0,0,0,0\n1,1,5,1\n", columns);
-  ASSERT_TRUE(recording) << recording.error().text();
-  EXPECT_DOUBLE_EQ(recording->force_n[1], 5000.0);
+  const auto recording =
+      test::value_of(load("Time,Load,Load 2,Extension\ns,N,kN,mm\n0,0,0,0\n1,1,5,1\n", columns));
+  EXPECT_DOUBLE_EQ(recording.force_n[1], 5000.0);
 }
 
 struct BadFile {

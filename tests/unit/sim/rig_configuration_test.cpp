@@ -8,6 +8,7 @@
 #include <string>
 
 #include "hal/sim/simulated_rig.h"
+#include "tests/support/value_of.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {
@@ -90,12 +91,11 @@ TEST(RigConfiguration, ADeviceAndAnObjectOfOnesOwnTakeThePlaceOfThePresets) {
   ObjectModel object = object_preset("wood_plate").value();
   object.name = "harder wood";
   object.material.stiffness_at_4n_n_per_mm = 500.0;
-  const auto rig =
-      SimulatedRig::create({.device = "no one's", .custom_device = device, .custom_object = object});
-  ASSERT_TRUE(rig) << rig.error().text();
-  EXPECT_EQ((*rig)->info().device.model, "stiffened");
-  EXPECT_EQ((*rig)->info().device.structural_stiffness_n_per_mm, 35.0);
-  EXPECT_EQ((*rig)->object(), "harder wood");
+  const auto rig = test::value_of(
+      SimulatedRig::create({.device = "no one's", .custom_device = device, .custom_object = object}));
+  EXPECT_EQ(rig->info().device.model, "stiffened");
+  EXPECT_EQ(rig->info().device.structural_stiffness_n_per_mm, 35.0);
+  EXPECT_EQ(rig->object(), "harder wood");
 }
 
 TEST(RigConfiguration, APresetOfOnesOwnMovesAsThePresetItself) {

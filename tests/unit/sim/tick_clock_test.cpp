@@ -13,6 +13,7 @@
 #include <string>
 
 #include "tests/support/ticks/tick_sequence.h"
+#include "tests/support/value_of.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {
@@ -44,12 +45,11 @@ TEST_F(Recorded, RecordsThatAreMissingAreLate) {
   // 7 records a tick; the fourth tick has none, the fifth all that were missing.
   std::string text = "interval_us,sensor_records\n";
   for (const int records : {7, 7, 7, 0, 14, 7, 7}) text += "1000.0," + std::to_string(records) + "\n";
-  const auto sequence = load(text);
-  ASSERT_TRUE(sequence) << sequence.error().text();
-  ASSERT_EQ(sequence->ticks().size(), 7U);
-  EXPECT_EQ(sequence->ticks()[2].sensor_late_us, 0.0);
-  EXPECT_NEAR(sequence->ticks()[3].sensor_late_us, 1000.0, 1e-6);
-  EXPECT_EQ(sequence->ticks()[4].sensor_late_us, 0.0);
+  const auto sequence = test::value_of(load(text));
+  ASSERT_EQ(sequence.ticks().size(), 7U);
+  EXPECT_EQ(sequence.ticks()[2].sensor_late_us, 0.0);
+  EXPECT_NEAR(sequence.ticks()[3].sensor_late_us, 1000.0, 1e-6);
+  EXPECT_EQ(sequence.ticks()[4].sensor_late_us, 0.0);
 }
 
 TEST_F(Recorded, WhatIsNoSequenceIsRefused) {
@@ -66,21 +66,21 @@ TEST_F(Recorded, TheRealRecordingsPlay) {
   const char* folder = std::getenv("HAPTICD_RECORDINGS");
   if (folder == nullptr) GTEST_SKIP() << "HAPTICD_RECORDINGS is not set: no real tick intervals";
   for (const char* name : {"idle", "loaded"}) {
-    const auto sequence = TickSequence::load(std::string(folder) + "/tick_intervals/" + name + ".csv");
-    ASSERT_TRUE(sequence) << sequence.error().text();
-    EXPECT_GT(sequence->ticks().size(), 50'000U);
+    const auto sequence =
+        test::value_of(TickSequence::load(std::string(folder) + "/tick_intervals/" + name + ".csv"));
+    EXPECT_GT(sequence.ticks().size(), 50'000U);
     double longest_us = 0.0, max_late_us = 0.0;
-    for (const TickInterval& tick : sequence->ticks()) {
+    for (const TickInterval& tick : sequence.ticks()) {
       longest_us = std::max(longest_us, tick.interval_us);
       max_late_us = std::max(max_late_us, tick.sensor_late_us);
     }
     EXPECT_GT(longest_us, 5000.0) << name;
     EXPECT_GT(max_late_us, 5000.0) << name;
-    VirtualRig rig(on(*sequence));
+    VirtualRig rig(on(sequence));
     double passed_us = 0.0;
     for (std::size_t i = 0; i < 5000; ++i) {
       rig.tick();
-      passed_us += sequence->ticks()[i].interval_us;
+      passed_us += sequence.ticks()[i].interval_us;
       ASSERT_NEAR(static_cast<double>(rig.sample().time_ns), 1e3 * passed_us, 2.0);
     }
   }

@@ -2,6 +2,7 @@
 
 #include "server/config/config.h"
 #include "tests/support/refusals.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -10,13 +11,12 @@ TEST(WatchdogSection, ReadsBackWhatItWrites) {
   DaemonConfig config;
   EXPECT_TRUE(parse_config(write_config(config), "none")->watchdog.endpoints.empty());
   config.watchdog.endpoints = {{"pedal", 250.0, true}, {"experiment", 1000.5, false}};
-  const auto read = parse_config(write_config(config), "two");
-  ASSERT_TRUE(read) << read.error().text();
-  ASSERT_EQ(read->watchdog.endpoints.size(), 2U);
-  EXPECT_EQ(read->watchdog.endpoints[0].name, "pedal");
-  EXPECT_EQ(read->watchdog.endpoints[0].timeout_ms, 250.0);
-  EXPECT_TRUE(read->watchdog.endpoints[0].pedal);
-  EXPECT_EQ(read->watchdog.endpoints[1].timeout_ms, 1000.5);
+  const auto read = test::value_of(parse_config(write_config(config), "two"));
+  ASSERT_EQ(read.watchdog.endpoints.size(), 2U);
+  EXPECT_EQ(read.watchdog.endpoints[0].name, "pedal");
+  EXPECT_EQ(read.watchdog.endpoints[0].timeout_ms, 250.0);
+  EXPECT_TRUE(read.watchdog.endpoints[0].pedal);
+  EXPECT_EQ(read.watchdog.endpoints[1].timeout_ms, 1000.5);
 }
 
 TEST(WatchdogSection, RefusesWhatCannotBe) {

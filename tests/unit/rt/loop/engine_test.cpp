@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cfloat>
 #include <chrono>
-#include <cmath>
 #include <future>
 #include <memory>
 #include <thread>

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstddef>
 
 #include "rt/scene/surface_map.h"
 #include "rt/scene/wall_surface.h"

@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "hal/sim/device/device_model.h"
 

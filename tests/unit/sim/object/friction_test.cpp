@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <vector>
 
 #include "hal/sim/base/random.h"
 #include "hal/sim/object/object_model.h"

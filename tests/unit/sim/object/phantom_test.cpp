@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <string>
 
 #include "hal/sim/object/object_model.h"
 #include "hal/sim/object/phantom_body.h"
