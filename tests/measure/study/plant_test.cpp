@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -16,8 +15,8 @@
 
 #include "hal/sim/object/general_material.h"
 #include "tests/measure/study/common/explore_study.h"
-#include "tests/measure/study/plant_comparison.h"
 #include "tests/measure/study/common/recording_set.h"
+#include "tests/measure/study/plant_comparison.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 

@@ -1,21 +1,6 @@
-#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/page.h"
-#include "tests/measure/study/common/rig_study.h"
-#include "tests/measure/study/common/study.h"
-#include "tests/measure/study/experiments/experiments_study.h"
-#include "tests/measure/study/extremes/extremes_study.h"
-#include "tests/measure/study/faults/faults_study.h"
-#include "tests/measure/study/identify/identify_study.h"
-#include "tests/measure/study/loading/loading_study.h"
-#include "tests/measure/study/loading/onset.h"
-#include "tests/measure/study/machine/machine_study.h"
-#include "tests/measure/study/modulation/modulation_study.h"
-#include "tests/measure/study/pose/pose_study.h"
-#include "tests/measure/study/precision/precision_study.h"
-#include "tests/measure/study/registration/registration_study.h"
-#include "tests/measure/study/stability/stability_study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/trust/trust_study.h"
-#include "tests/measure/study/tumour/tumour_study.h"
 
 namespace hapticd::study {
 
@@ -26,8 +11,7 @@ const std::vector<Study>& studies() {
        {
            {"rendered", "stiffness at the simulated hand against the target", run_rendered_stiffness},
            {"contact", "false alarms in free motion, delay of detection", run_contact},
-           {"stability", "largest stable targets and walls, sensitivity to uncertain parameters",
-            run_stability},
+           {"stability", "largest stable targets and walls", run_stability},
            {"speed", "simulated time over wall-clock time", run_speed},
            {"recordings", "contact, stiffness and rendered force on real recordings", run_recordings,
             PlantUse::kNone},
@@ -45,8 +29,6 @@ const std::vector<Study>& studies() {
            {"stability", "largest stable target while stroking", run_explore_stability},
            {"rendered", "stiffness at the simulated hand at 0.3 and 0.8 N/mm", run_explore_rendered},
            {"phenomena", "whether the dissertation's pipeline shows what it showed there", run_phenomena},
-           {"difficult", "a sticky gel and a ridge", run_difficult},
-           {"gains", "ultimate-gain search for the controller", run_gains},
        }},
       {"identify",
        "models from touching simulated objects and from real recordings",
@@ -78,14 +60,11 @@ const std::vector<Study>& studies() {
             PlantUse::kSeparable},
            {"place", "where an inclusion is, from a palpation scan", run_inclusion_place,
             PlantUse::kSeparable},
-           {"bounds", "jumps, bounds and energy of the law", run_tumour_bounds, PlantUse::kNone},
        }},
       {"registration",
        "arms calibrated by a tracker: where the tip is in its frame, against the truth",
        {
            {"error", "target error by method, predicted and observed; latency, orientation", run_registration,
-            PlantUse::kNone},
-           {"length", "error against how long one moves, and against run time", run_registration_length,
             PlantUse::kNone},
        }},
       {"experiments",
@@ -145,8 +124,6 @@ const std::vector<Study>& studies() {
       {"pose",
        "poses for those who draw: when a contact began, and where the tool will be",
        {
-           {"onset", "the instant of a contact, as reported and as noticed, against the true one",
-            run_contact_onset},
            {"prediction", "poses 20 to 100 ms ahead, against none predicted, and their stated error",
             run_pose_prediction, PlantUse::kSeparable},
        }},

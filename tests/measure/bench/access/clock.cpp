@@ -1,6 +1,5 @@
 #include "tests/measure/bench/access/clock.h"
 
-#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <memory>

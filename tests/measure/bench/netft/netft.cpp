@@ -4,23 +4,20 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
 #include "hal/netft/netft_sensor.h"
 #include "rt/loop/latency_histogram.h"
-#include "tests/measure/bench/benchmark.h"
 #include "tests/emulators/netft/netft_box.h"
+#include "tests/measure/bench/benchmark.h"
 #include "tests/measure/report/child_process.h"
 #include "tests/measure/report/report.h"
 

@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <memory>
-#include <thread>
 
 #include "client/cpp/client.h"
 #include "client/cpp/clock/clock_sync.h"

@@ -1,6 +1,5 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/measure/bench/live/daemon_process.h"
 #include "tests/measure/bench/pose/pose_figures.h"

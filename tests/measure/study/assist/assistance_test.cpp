@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/measure/study/assist/assisted_rig.h"
+#include "tests/measure/study/common/virtual_run.h"
 
 namespace hapticd::study {
 namespace {
@@ -40,7 +40,7 @@ struct Led {
 };
 
 /// Leads the tool until the guide has let go.
-Led lead(AssistedRig& rig, const rt::GuideMotion& motion) {
+Led lead(VirtualRun& rig, const rt::GuideMotion& motion) {
   Led led;
   rig.assistance().begin_guide(motion);
   hal::Vector3 last_n;
@@ -52,7 +52,7 @@ Led lead(AssistedRig& rig, const rt::GuideMotion& motion) {
   double time_s = 0.0;
   const std::int64_t began_ns = rig.record().time_ns;
   for (bool ended = false; time_s < motion.timeout_s + 1.0;) {
-    rig.tick();
+    rig.step();
     time_s = 1e-9 * static_cast<double>(rig.record().time_ns - began_ns);
     path.push_back({time_s, rig.truth().tip_position_mm});
     if (!ended && path.size() > 5) {
@@ -79,7 +79,7 @@ TEST(ToolGuide, LeadsAFollowingHandNoFasterThanItIsTold) {
     sim::SimulationConfig config;
     config.device = device;
     config.object = "none";
-    AssistedRig rig(config, press_scene());
+    VirtualRun rig(config, press_scene());
     rig.set_hand(following());
     rig.run(0.5);
     const Led led = lead(rig, {.goal_mm = {20.0, -10.0, 45.0}});
@@ -94,7 +94,7 @@ TEST(ToolGuide, LeadsAnArmThatNobodyHoldsOnAShakyTableWithALateClock) {
   sim::SimulationConfig config;
   config.object = "none";
   config.conditions = "lab";
-  AssistedRig rig(config, press_scene());
+  VirtualRun rig(config, press_scene());
   rig.set_hand({.kind = sim::HandProgram::Kind::kShake, .force_n = 0.0});  // a light spring, no hand
   rig.run(0.5);
   const Led led = lead(rig, {.goal_mm = {5.0, -5.0, 35.0}});
@@ -107,7 +107,7 @@ TEST(ToolGuide, StopsWhereAnObjectIsTouched) {
   for (const char* object : {"sponge_block", "rubber_ball"}) {
     sim::SimulationConfig config;
     config.object = object;
-    AssistedRig rig(config, press_scene());
+    VirtualRun rig(config, press_scene());
     rig.set_hand(following());
     rig.run(0.5);
     const Led led = lead(rig, {.goal_mm = {0.0, 0.0, -20.0}});
@@ -121,7 +121,7 @@ TEST(ToolGuide, StopsWhereAnObjectIsTouched) {
 TEST(ToolGuide, GivesInToAHandThatHoldsFast) {
   sim::SimulationConfig config;
   config.object = "none";
-  AssistedRig rig(config, press_scene());
+  VirtualRun rig(config, press_scene());
   sim::HandProgram still;
   still.kind = sim::HandProgram::Kind::kRest;
   rig.set_hand(still);
@@ -134,16 +134,16 @@ TEST(ToolGuide, GivesInToAHandThatHoldsFast) {
 TEST(ToolGuide, EndsWhereTheGuardTakesTheForceAwayAndDoesNotGoOn) {
   sim::SimulationConfig config;
   config.object = "none";
-  AssistedRig rig(config, press_scene());
+  VirtualRun rig(config, press_scene());
   rig.set_hand(following());
   rig.run(0.5);
   rig.assistance().begin_guide({.goal_mm = {30.0, 0.0, 25.0}});
   rig.run(1.0);
   ASSERT_GT(length(rig.record().guide_force_n), 0.01);
   rig.renderer().raise(rt::GuardFault::kStopped);
-  rig.tick();
+  rig.step();
   EXPECT_EQ(length(rig.record().device_command_n), 0.0);
-  rig.tick();
+  rig.step();
   EXPECT_EQ(rig.record().guide_state, GuideState::kForceCut);
   rig.run(0.1);
   ASSERT_TRUE(rig.renderer().clear());
@@ -155,7 +155,7 @@ TEST(ToolGuide, EndsWhereTheGuardTakesTheForceAwayAndDoesNotGoOn) {
 TEST(ToolGuide, ACancelledOneLetsGoWithoutAJerk) {
   sim::SimulationConfig config;
   config.object = "none";
-  AssistedRig rig(config, press_scene());
+  VirtualRun rig(config, press_scene());
   rig.set_hand(following());
   rig.run(0.5);
   rig.assistance().begin_guide({.goal_mm = {30.0, 0.0, 25.0}});
@@ -182,7 +182,7 @@ struct Pressed {
 Pressed pressed(bool fixture, double aside_mm) {
   rt::SceneSpec spec = press_scene();
   if (fixture) spec.fixture.emplace();
-  AssistedRig rig({}, spec);
+  VirtualRun rig({}, spec);
   sim::HandProgram press{.kind = sim::HandProgram::Kind::kPress, .force_n = 3.0};
   press.place_mm = {0.0, aside_mm, 0.0};
   rig.set_hand(press);
@@ -266,7 +266,7 @@ TEST(ToolFixture, PushesBackFromBothWallsAndOnlyBack) {
 TEST(ToolFixture, AToolThatTheHandLetsGoComesBackSlowly) {
   rt::SceneSpec spec = press_scene();
   spec.fixture.emplace();
-  AssistedRig rig({}, spec);
+  VirtualRun rig({}, spec);
   rig.set_hand({.kind = sim::HandProgram::Kind::kPress, .force_n = 2.5});
   rig.run(6.0);  // pressed, lifted, and held against the fixture
   const double start_mm = rig.truth().tip_position_mm.z;
@@ -288,7 +288,7 @@ TEST(ToolFixture, AToolThatIsHeldAgainstItStandsStill) {
     spec.fixture.emplace();
     sim::SimulationConfig config;
     config.device = device;
-    AssistedRig rig(config, spec);
+    VirtualRun rig(config, spec);
     rig.set_hand({.kind = sim::HandProgram::Kind::kPress, .force_n = 2.5});
     rig.run(6.0);
     ASSERT_LT(rig.record().fixture_force_n.z, -1.5) << device;
@@ -339,7 +339,7 @@ TEST(ToolFixture, GivesNothingWhileTheToolIsGuided) {
 TEST(PresentationWatch, JudgesAPress) {
   rt::SceneSpec spec = press_scene();
   spec.watch.emplace();
-  AssistedRig rig({}, spec);
+  VirtualRun rig({}, spec);
   rig.set_hand({.kind = sim::HandProgram::Kind::kPress, .force_n = 3.0});
   rig.run(0.1);
   EXPECT_EQ(rig.assistance().end_presentation().number, 0U);  // none is under way
@@ -372,7 +372,7 @@ TEST(PresentationWatch, NamesWhatWasWrong) {
   spec.watch->max_contact_speed_mm_per_s = 50.0;
   spec.watch->max_contacts = 3;
   spec.watch->min_lateral_path_mm = 60.0;
-  AssistedRig rig({}, spec);
+  VirtualRun rig({}, spec);
   sim::HandProgram tap{.kind = sim::HandProgram::Kind::kTap, .speed_mm_per_s = 250.0};
   tap.repetitions = 5;
   rig.set_hand(tap);
@@ -435,7 +435,7 @@ TEST(PresentationWatch, ABriefTouchIsNoPresentation) {
 }
 
 TEST(PresentationWatch, IsThereOnlyWhereTheSceneHasOne) {
-  AssistedRig rig({}, press_scene());
+  VirtualRun rig({}, press_scene());
   EXPECT_EQ(rig.assistance().begin_presentation(), 0U);
   rig.run(0.01);
   EXPECT_EQ(rig.record().channels & rt::channel::kAssist, 0U);

@@ -1,7 +1,6 @@
 #include "tests/measure/study/common/oscillation.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hapticd::study {
 

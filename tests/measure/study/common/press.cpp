@@ -1,13 +1,12 @@
 #include "tests/measure/study/common/press.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "rt/guard/fault_table.h"
 #include "tests/emulated_rig/board_rig.h"
 #include "tests/emulated_rig/emulated_rig.h"
-#include "tests/measure/study/common/virtual_run.h"
 #include "tests/measure/report/markdown_table.h"
+#include "tests/measure/study/common/virtual_run.h"
 
 namespace hapticd::study {
 

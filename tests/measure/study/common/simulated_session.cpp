@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <memory>
-#include <optional>
 
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"

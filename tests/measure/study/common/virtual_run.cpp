@@ -1,7 +1,5 @@
 #include "tests/measure/study/common/virtual_run.h"
 
-#include <optional>
-
 #include "rt/scene/compose.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/support/value_of.h"
@@ -19,7 +17,7 @@ VirtualRun::VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& sc
       renderer_(std::make_unique<rt::Renderer>(scene_.guard, rig.rate_hz)) {
   // The published pipeline, which renders without evidence, had no guard of free air either.
   if (!scene_.contact.evidence.required) scene_.guard.renders_real_object = false;
-  if (with_scene) renderer_->exchange(pipeline_.get(), scene_.guard);
+  if (with_scene) renderer_->exchange(pipeline_.get(), scene_.guard, rt::assistance_of(scene_));
 }
 
 VirtualRun::~VirtualRun() = default;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "hal/samples.h"
@@ -28,6 +29,18 @@ class VirtualRun {
     renderer_->set_target(rt::linear_target(stiffness_n_per_mm), ramp_s);
   }
   void step();
+  /// Steps for so long; `observe()` after each.
+  template <class Observe>
+  void run(double duration_s, Observe observe) {
+    const auto ticks = std::lround(duration_s * info().rate_hz);
+    for (long i = 0; i < ticks; ++i) {
+      step();
+      observe();
+    }
+  }
+  void run(double duration_s) {
+    run(duration_s, [] {});
+  }
 
   double time_s() const { return 1e-9 * static_cast<double>(sample_.time_ns); }
   const hal::RigSample& sample() const { return sample_; }
@@ -35,6 +48,8 @@ class VirtualRun {
   const rt::TickRecord& record() const { return record_; }
   const hal::RigInfo& info() const { return rig_->info(); }
   const rt::SceneSpec& scene() const { return scene_; }
+  rt::Renderer& renderer() { return *renderer_; }
+  rt::Assistance& assistance() { return renderer_->assistance(); }
 
   /// Force of the hand, positive into the table.
   double hand_force_n() const { return -truth_.hand_force_n.z; }

@@ -2,8 +2,8 @@
 #include <stdexcept>
 
 #include "server/scene/scene_inclusions.h"
-#include "tests/measure/study/experiments/experiments_study.h"
 #include "tests/measure/report/child_process.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/tumour/tumour_trial.h"
 
 namespace hapticd::study {

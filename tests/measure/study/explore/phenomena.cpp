@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/hands.h"

@@ -47,6 +47,7 @@ ExtremeGroup modulation_extremes();
 ExtremeGroup time_extremes();
 ExtremeGroup scene_extremes();
 ExtremeGroup simulator_extremes();
+ExtremeGroup unexcited_extremes();
 
 /// The largest magnitude seen; not a number from the first that is not finite.
 class Largest {

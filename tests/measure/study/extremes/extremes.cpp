@@ -1,12 +1,10 @@
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/extremes/extreme.h"
-#include "tests/measure/study/extremes/extremes_study.h"
-#include "tests/measure/study/extremes/information.h"
 
 namespace hapticd::study {
 
@@ -21,7 +19,7 @@ std::vector<ExtremeGroup> all_groups() {
   return {extremes::signal_extremes(),     extremes::contact_extremes(),     extremes::friction_extremes(),
           extremes::modulation_extremes(), extremes::deformation_extremes(), extremes::target_extremes(),
           extremes::guard_extremes(),      extremes::identify_extremes(),    extremes::time_extremes(),
-          extremes::scene_extremes(),      extremes::simulator_extremes()};
+          extremes::scene_extremes(),      extremes::simulator_extremes(),   extremes::unexcited_extremes()};
 }
 
 /// 0.0023 and 1.2e-13, but not 0.00000000000012.
@@ -112,8 +110,7 @@ void run_extremes(StudyContext& context) {
   }
   const auto values = context.cells.values(
       "extremes", all.size(), [&](std::size_t i) { return report::CellValues{all[i]->measure(effort)}; });
-  const auto information = extremes::information_over_time(context);
-  if (!values || !information) return;
+  if (!values) return;
 
   std::vector<std::vector<Outcome>> outcomes(groups.size());
   std::size_t next = 0;
@@ -136,7 +133,6 @@ void run_extremes(StudyContext& context) {
                          : std::to_string(all.size()) + " extremes; these do not hold: " + broken + ".");
   plot_margins(context.report, groups, outcomes);
   for (std::size_t g = 0; g < groups.size(); ++g) add_group(context.report, groups[g], outcomes[g]);
-  extremes::show_information(context, *information);
 }
 
 }  // namespace hapticd::study

@@ -1,7 +1,5 @@
 #include "tests/measure/study/extremes/fed_scene.h"
 
-#include <utility>
-
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
 #include "tests/measure/study/common/scenes.h"

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
 #include "hal/sim/base/random.h"
 #include "hal/sim/device/axis_dynamics.h"

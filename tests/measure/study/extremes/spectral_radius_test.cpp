@@ -1,5 +1,4 @@
-// The measure by which traps of the loop are judged, against poles known beforehand; the textbook estimator
-// against a closed form.
+// The measure by which traps of the loop are judged, against poles known beforehand.
 
 #include "tests/measure/study/extremes/spectral_radius.h"
 
@@ -7,10 +6,7 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
-
-#include "tests/measure/study/extremes/textbook_rls.h"
 
 namespace hapticd::study::extremes {
 namespace {
@@ -51,22 +47,6 @@ TEST(SpectralRadius, OfACourseThatComesDownToRounding) {
 
 TEST(SpectralRadius, OfACourseThatIsOverAtOnceIsZero) {
   EXPECT_EQ(spectral_radius(std::array{1.0, 0.0, 0.0, 0.0, 0.0}), 0.0);
-}
-
-TEST(TextbookRls, FindsWhatExcitesItAndWindsUpWhereNothingDoes) {
-  constexpr double kForgetting = 0.99;
-  TextbookRls rls(kForgetting, 100.0);
-  for (int i = 0; i < 300; ++i) {
-    const double a = std::sin(0.7 * i), b = std::cos(0.31 * i);
-    rls.add({1.0, a, b}, 0.5 + 2.0 * a - 3.0 * b);
-  }
-  EXPECT_NEAR(rls.parameters()[1], 2.0, 1e-3);
-  EXPECT_NEAR(rls.parameters()[2], -3.0, 1e-3);
-  // Nothing but the first regressor: the others' variance grows by 1/λ a sample.
-  for (int i = 0; i < 100; ++i) rls.add({1.0, 0.0, 0.0}, 0.5);
-  const double before = rls.covariance()[1][1];
-  for (int i = 0; i < 200; ++i) rls.add({1.0, 0.0, 0.0}, 0.5);
-  EXPECT_NEAR(rls.covariance()[1][1] / before * std::pow(kForgetting, 200), 1.0, 0.05);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 
 #include "hal/sim/base/random.h"
 #include "rt/control/force_controller.h"

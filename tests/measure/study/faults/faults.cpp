@@ -1,14 +1,11 @@
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "rt/guard/fault_table.h"
 #include "tests/emulated_rig/fault_cases.h"
-#include "tests/measure/study/faults/faults_study.h"
+#include "tests/measure/study/common/parts.h"
 
 namespace hapticd::study {
 

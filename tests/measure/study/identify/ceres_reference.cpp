@@ -3,10 +3,8 @@
 #ifdef HAPTICD_HAS_CERES
 #include <ceres/ceres.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <vector>
 #endif
 
@@ -43,28 +41,10 @@ class SampleCost final : public ceres::SizedCostFunction<1, 3> {
   Row row_;
 };
 
-class WholeCost final : public ceres::CostFunction {
- public:
-  explicit WholeCost(const std::vector<Row>& rows) : rows_(rows) {
-    mutable_parameter_block_sizes()->push_back(3);
-    set_num_residuals(static_cast<int>(rows.size()));
-  }
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    double* jacobian = jacobians != nullptr ? jacobians[0] : nullptr;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      evaluate(rows_[i], parameters[0], residuals[i], jacobian != nullptr ? jacobian + 3 * i : nullptr);
-    }
-    return true;
-  }
-
- private:
-  const std::vector<Row>& rows_;
-};
-
 }  // namespace
 
 hal::Result<identification::HuntCrossleyEstimate> fit_with_ceres(
-    std::span<const identification::PalpationSample> palpation, CeresLayout layout) {
+    std::span<const identification::PalpationSample> palpation) {
   std::vector<Row> rows;
   rows.reserve(palpation.size());
   Row deepest{};
@@ -80,11 +60,7 @@ hal::Result<identification::HuntCrossleyEstimate> fit_with_ceres(
   std::array<double, 3> parameters{deepest.force_n / std::exp(kStartExponent * deepest.log_displacement), 0.0,
                                    kStartExponent};
   ceres::Problem problem;
-  if (layout == CeresLayout::kOneBlock) {
-    problem.AddResidualBlock(new WholeCost(rows), nullptr, parameters.data());
-  } else {
-    for (const Row& row : rows) problem.AddResidualBlock(new SampleCost(row), nullptr, parameters.data());
-  }
+  for (const Row& row : rows) problem.AddResidualBlock(new SampleCost(row), nullptr, parameters.data());
   problem.SetParameterLowerBound(parameters.data(), 1, 0.0);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;  // three parameters: the cheapest there is
@@ -102,7 +78,7 @@ hal::Result<identification::HuntCrossleyEstimate> fit_with_ceres(
 #else
 
 hal::Result<identification::HuntCrossleyEstimate> fit_with_ceres(
-    std::span<const identification::PalpationSample>, CeresLayout) {
+    std::span<const identification::PalpationSample>) {
   return hal::Error{"the study was built without Ceres", "batch reference", "", "",
                     "install libceres-dev and build again"};
 }

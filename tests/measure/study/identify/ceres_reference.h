@@ -7,17 +7,10 @@
 
 namespace hapticd::study {
 
-/// How the reference hands its residuals to the library.
-enum class CeresLayout : unsigned char {
-  kBlockPerSample,  ///< as its documentation does, derivatives in closed form
-  kOneBlock,        ///< all residuals in one function: as little of the library's own work as possible
-};
-
 /// The batch reference: K, B ≥ 0 and m of (4.22) by nonlinear least squares of the force over all samples in
 /// contact (Ceres, Levenberg-Marquardt, one thread), from a secant line as the start. An error if the library
 /// was not there at build time, or does not converge.
 hal::Result<identification::HuntCrossleyEstimate> fit_with_ceres(
-    std::span<const identification::PalpationSample> palpation,
-    CeresLayout layout = CeresLayout::kBlockPerSample);
+    std::span<const identification::PalpationSample> palpation);
 
 }  // namespace hapticd::study

@@ -20,14 +20,11 @@ constexpr double kSessionLimitS = 60.0;
 
 }  // namespace
 
-FittedLaw fit_by_ceres(const Palpation& palpation, CeresLayout layout) {
-  const auto estimate = fit_with_ceres(palpation, layout);
-  return estimate ? FittedLaw{estimate->parameters, {}, {}} : FittedLaw{{}, {}, estimate.error().text()};
-}
-
 const ContactMethod& contact_reference() {
-  static const ContactMethod method{"reference", kHuntCrossley, [](const Palpation& p) {
-                                      return fit_by_ceres(p, CeresLayout::kBlockPerSample);
+  static const ContactMethod method{"reference", kHuntCrossley, [](const Palpation& palpation) {
+                                      const auto estimate = fit_with_ceres(palpation);
+                                      return estimate ? FittedLaw{estimate->parameters, {}, {}}
+                                                      : FittedLaw{{}, {}, estimate.error().text()};
                                     }};
   return method;
 }
@@ -68,7 +65,6 @@ TruePalpation requested_palpation(const std::string& object) {
               [&](const rt::Observation& o, const hal::TruthSample& truth) {
                 palpation.samples.push_back(tracker.update(o.sample));
                 palpation.true_displacement_mm.push_back(truth.displacement_mm);
-                palpation.recorded.push_back(o.sample);
               });
   return palpation;
 }

@@ -34,7 +34,6 @@ struct ContactMethod {
 const std::vector<ContactMethod>& contact_methods();
 /// Nonlinear least squares by Ceres, a block a sample.
 const ContactMethod& contact_reference();
-FittedLaw fit_by_ceres(const std::vector<identification::PalpationSample>& palpation, CeresLayout layout);
 
 /// An estimator fed sample by sample, and asked at the end.
 template <class Estimator>

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
 #include "hal/sim/simulated_rig.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "server/identification/palpation/simulated_palpator.h"
-#include "tests/reference/creep_force.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
+#include "tests/reference/creep_force.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -87,7 +86,6 @@ TruePalpation palpate(const std::string& object, const std::vector<identificatio
       rig->truth(truth);
       palpation.samples.push_back(tracker.update(sample));
       palpation.true_displacement_mm.push_back(truth.displacement_mm);
-      palpation.recorded.push_back(sample);
     }
   }
   return palpation;

@@ -15,7 +15,6 @@ namespace hapticd::study {
 struct TruePalpation {
   std::vector<identification::PalpationSample> samples;
   std::vector<double> true_displacement_mm;
-  std::vector<hal::RigSample> recorded;  ///< to be fed to an identification again
 };
 
 /// A request each, done one after the other on phantom_1_5_high_force without any force of the device.

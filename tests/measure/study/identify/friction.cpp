@@ -4,13 +4,11 @@
 
 #include "server/identification/estimate/contact/surface_scan.h"
 #include "server/identification/session/friction_identification.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/simulated_session.h"
-#include "tests/measure/study/identify/friction_rendered.h"
 #include "tests/measure/study/identify/friction_validation.h"
-#include "tests/measure/study/identify/identify_study.h"
-#include "tests/reference/friction_combination.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -118,32 +116,6 @@ std::string add_chosen(StudyContext& context, const std::string& object, const I
   return fixed(100.0 * error, 1) + " (" + law + ")";
 }
 
-void add_rendered(StudyContext& context, const std::string& object, const Identified& found,
-                  report::MarkdownTable& table) {
-  if (!found.chosen) return;
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-  std::vector<std::string> row{object};
-  for (const rt::IdentifiedModel* model : {&*found.model, &*found.chosen}) {
-    const RenderedFriction rendered = rendered_friction(object, friction_of(*model));
-    const std::string form = model == &*found.model ? "dahl" : "chosen";
-    const auto add = [&](const char* name, const char* unit, double value) {
-      report::Figure figure{name,
-                            {{"object", object}, {"tip", "rod"}, {"form", form}, {"law", law_of(*model)}}};
-      figure.unit = unit;
-      figure.value = value;
-      figure.source = "strokes of 4 N, the tracked direction of explore scenes, turns included";
-      context.report.add(figure);
-    };
-    add("rendered_friction_error", "1", rendered.friction_error);
-    add("rendered_direction_mean_deg", "deg", kDegPerRad * rendered.direction_mean_rad);
-    add("rendered_direction_p95_deg", "deg", kDegPerRad * rendered.direction_p95_rad);
-    row.insert(row.end(), {law_of(*model), fixed(100.0 * rendered.friction_error, 1),
-                           fixed(kDegPerRad * rendered.direction_mean_rad, 2),
-                           fixed(kDegPerRad * rendered.direction_p95_rad, 2)});
-  }
-  table.add_row(row);
-}
-
 /// Error of the dissertation's rod (D§4.4.1).
 double published_error(const std::string& object) {
   if (object == "sponge_cut") return 0.08;
@@ -164,65 +136,10 @@ void add_figure(StudyContext& context, const std::string& name, const std::strin
   context.report.add(figure);
 }
 
-void plot_loop(StudyContext& context, const std::string& object, const Identified& found,
-               const FrictionJudgement& plain, const std::optional<FrictionJudgement>& bent) {
-  report::SvgPlot plot;
-  plot.title = "Friction of the rod on " + object + ": strokes the model was not identified on";
-  plot.x = {"position along the line", "mm"};
-  plot.y = {"friction against motion along the line", "N"};
-  report::PlotSeries measured{"measured", {}, {}, report::PlotSeries::Style::kPoints};
-  report::PlotSeries truth{"true"};
-  report::PlotSeries model{"Dahl, exponent 1"};
-  report::PlotSeries with_exponent{"Dahl, exponent found",           {}, {},
-                                   report::PlotSeries::Style::kLine, {}, true};
-  // The longest unbroken row of strokes from its first turn on, one round.
-  std::size_t begin = 0;
-  std::size_t longest = 0;
-  std::size_t at = 0;
-  for (std::size_t i = 1; i <= found.strokes.size(); ++i) {
-    const bool ends =
-        i == found.strokes.size() || found.strokes[i].time_s - found.strokes[i - 1].time_s > 0.01;
-    if (!ends) continue;
-    if (i - at > longest) {
-      longest = i - at;
-      begin = at;
-    }
-    at = i;
-  }
-  int turns = 0;
-  double farthest_mm = found.strokes[begin].along_mm;
-  double heading = 0.0;
-  for (std::size_t i = begin; i < begin + longest && turns < 3; ++i) {
-    const FrictionInstant& s = found.strokes[i];
-    const double ahead_mm = (s.along_mm - farthest_mm) * (heading == 0.0 ? 1.0 : heading);
-    if (heading == 0.0 ? std::abs(ahead_mm) > 1.0 : ahead_mm < -1.0) {
-      heading = s.along_mm > farthest_mm ? 1.0 : -1.0;
-      farthest_mm = s.along_mm;
-      ++turns;
-    } else if (ahead_mm > 0.0) {
-      farthest_mm = s.along_mm;
-    }
-    if (turns < 1 || turns > 2) continue;
-    if (i % 4 == 0) {
-      measured.add(s.along_mm, s.measured_friction_n);
-    }
-    truth.add(s.along_mm, s.true_friction_n);
-    model.add(s.along_mm, plain.predicted_n[i]);
-    if (bent) {
-      with_exponent.add(s.along_mm, bent->predicted_n[i]);
-    }
-  }
-  plot.series = {measured, truth, model};
-  if (bent) plot.series.push_back(with_exponent);
-  context.report.add_plot("friction_loop_" + object, plot);
-}
-
 void study_rod(StudyContext& context) {
   report::MarkdownTable table({"object", "error %", "D %", "sliding %", "at rest too %", "mean of ratios %",
                                "exponent found %", "law by the data %", "μ_k", "δ mm", "μ_b N·s/mm",
                                "exponent", "normals °", "converged s"});
-  report::MarkdownTable rendered({"object", "exponent 1", "friction %", "direction °", "95 % °",
-                                  "by the data", "friction %", "direction °", "95 % °"});
   for (const std::string& object : explored_objects()) {
     if (context.quick && object != "foam_ball_3d") continue;
     const double published = published_error(object);
@@ -248,8 +165,6 @@ void study_rod(StudyContext& context) {
                     : report::kNoNumber,
          fixed(found.normal_error_deg, 2),
          found.session.converged_s >= 0.0 ? fixed(found.session.converged_s, 1) : "no"});
-    add_rendered(context, object, found, rendered);
-    plot_loop(context, object, found, plain, bent);
     for (const std::string& remark : found.session.progress.remarks)
       report::Report::note(object + ": " + remark);
     for (const std::string& word : found.session.progress.missing)
@@ -269,77 +184,37 @@ void study_rod(StudyContext& context) {
       "above a fifth of its mean. Law by the data: what the service identifies, Dahl's or Maxwell-slip, as "
       "strokes held out of the fit ask for. Normals: rms error of the scan's, in the plane of the line and "
       "up.");
-  context.report.add_table("friction_rendered", "Friction of the rod, where a scene renders with it",
-                           rendered,
-                           "Other strokes (4 N, up to 90 mm/s, a swaying tool) by the tracked direction of "
-                           "explore scenes: mean error of "
-                           "the estimated friction over the mean friction, mean error of the normal, and "
-                           "what it stays below 95 % of the "
-                           "time, turns included. Left by Dahl's law with exponent 1, right by the law that "
-                           "held-out strokes ask for.");
 }
 
 void study_bearing(StudyContext& context) {
-  report::MarkdownTable table({"object", "error %", "by the others' mean %", "by D's constants %", "μ_k",
-                               "μ_b N·s/mm", "normals °", "converged s"});
+  report::MarkdownTable table(
+      {"object", "error %", "by D's constants %", "μ_k", "μ_b N·s/mm", "normals °", "converged s"});
   std::vector<std::string> objects{"sponge_cut",    "foam_ball_3d", "rubber_ball_3d",
                                    "silicone_rest", "sponge_block", "rubber_eraser"};
   if (context.quick) objects.resize(3);
-  std::vector<Identified> all;
-  for (const std::string& object : objects) all.push_back(identified_on(object, rt::Tip::kBallBearing));
-  double sum = 0.0;
-  double sum_others = 0.0;
-  double count = 0.0;
-  std::vector<rt::IdentifiedModel> models;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    const Identified& found = all[i];
+  for (const std::string& object : objects) {
+    const Identified found = identified_on(object, rt::Tip::kBallBearing);
     if (!found.model) {
-      add_figure(context, "friction_error", objects[i], "ball_bearing", std::nullopt, kPublishedBearingError,
+      add_figure(context, "friction_error", object, "ball_bearing", std::nullopt, kPublishedBearingError,
                  found.failed);
       continue;
     }
-    models.push_back(*found.model);
-    std::vector<rt::IdentifiedModel> others;
-    for (std::size_t j = 0; j < objects.size(); ++j) {
-      if (j != i && all[j].model) others.push_back(*all[j].model);
-    }
-    const auto judged = [&](const rt::FrictionParameters& p) {
-      return judge_friction(found.strokes, p).error;
-    };
-    const double error = judged(friction_of(*found.model));
-    const auto mean = identification::combine_friction(others);
-    const double by_others = mean ? judged(friction_of(*mean)) : std::nan("");
-    sum += error;
-    sum_others += by_others;
-    count += 1.0;
-    add_figure(context, "friction_error", objects[i], "ball_bearing", error, kPublishedBearingError, "");
     const rt::FrictionParameters& p = friction_of(*found.model);
-    table.add_row({objects[i], fixed(100.0 * error, 1), fixed(100.0 * by_others, 1),
-                   fixed(100.0 * judged(rt::kBallBearingFriction), 1),
+    const double error = judge_friction(found.strokes, p).error;
+    add_figure(context, "friction_error", object, "ball_bearing", error, kPublishedBearingError, "");
+    table.add_row({object, fixed(100.0 * error, 1),
+                   fixed(100.0 * judge_friction(found.strokes, rt::kBallBearingFriction).error, 1),
                    with_error(p.kinetic, error_of(*found.model, "kinetic")),
                    with_error(p.viscous_n_s_per_mm, error_of(*found.model, "viscous_n_s_per_mm"), 2),
                    fixed(found.normal_error_deg, 2),
                    found.session.converged_s >= 0.0 ? fixed(found.session.converged_s, 1) : "no"});
     for (const std::string& word : found.session.progress.missing) {
-      report::Report::note(objects[i] + " misses: " + word);
+      report::Report::note(object + " misses: " + word);
     }
   }
-  add_figure(context, "friction_error", "mean", "ball_bearing",
-             count > 0.0 ? std::optional(sum / count) : std::nullopt, kPublishedBearingError, "");
-  const auto mean = identification::combine_friction(models);
-  if (mean) {
-    const rt::FrictionParameters& p = friction_of(*mean);
-    table.add_row({"mean", fixed(100.0 * sum / count, 1), fixed(100.0 * sum_others / count, 1),
-                   report::kNoNumber, with_error(p.kinetic, error_of(*mean, "kinetic")),
-                   with_error(p.viscous_n_s_per_mm, error_of(*mean, "viscous_n_s_per_mm"), 2),
-                   report::kNoNumber, report::kNoNumber});
-  }
-  context.report.add_table(
-      "friction_bearing", "Friction of the ball bearing", table,
-      "As for the rod; Coulomb-viscous. The others' mean: what the model averaged over the other objects "
-      "predicts on this one, as the dissertation uses one pair of constants (0.0643, 0.000244 N·s/mm) on "
-      "every "
-      "object.");
+  context.report.add_table("friction_bearing", "Friction of the ball bearing", table,
+                           "As for the rod; Coulomb-viscous. D's constants: 0.0643, 0.000244 N·s/mm on every "
+                           "object.");
 }
 
 }  // namespace

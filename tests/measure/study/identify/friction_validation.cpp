@@ -1,7 +1,6 @@
 #include "tests/measure/study/identify/friction_validation.h"
 
 #include <cmath>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 

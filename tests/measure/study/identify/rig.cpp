@@ -14,9 +14,9 @@
 #include "server/identification/session/structural_identification.h"
 #include "server/identification/session/threshold_identification.h"
 #include "server/identification/session/tool_identification.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/simulated_session.h"
-#include "tests/measure/study/identify/identify_study.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -98,9 +98,6 @@ WorkspaceError error_over(const rt::StructuralModel& model, double home_n_per_mm
 void structural(StudyContext& context) {
   report::MarkdownTable table({"device", "rig", "model", "k_s N/mm", "± N/mm", "error at centre",
                                "rms over workspace", "largest", "presses took s", "converged"});
-  report::SvgPlot along{"Structural stiffness along x (y = 0, z = 70 mm), high-force device with a field",
-                        {"x", "mm"},
-                        {"structural stiffness", "N/mm"}};
   for (const std::string& device : devices()) {
     struct Case {
       std::size_t field;
@@ -140,16 +137,6 @@ void structural(StudyContext& context) {
                      fixed(100.0 * at_centre, 2) + " %", fixed(100.0 * error.rms, 2) + " %",
                      fixed(100.0 * error.largest, 2) + " %", fixed(session.duration_s, 0),
                      result->converged ? "yes" : "no"});
-      if (device != "phantom_1_5_high_force" || index != 1) continue;
-      report::PlotSeries estimated{model_name + " model"}, truth{"truth"};
-      truth.dashed = true;
-      for (double x = -100.0; x <= 100.0; x += 4.0) {
-        const hal::Vector3 p{x, 0.0, 70.0};
-        estimated.add(x, model.stiffness_at(p));
-        truth.add(x, true_stiffness(home, field, p));
-      }
-      if (along.series.empty()) along.series.push_back(truth);
-      along.series.push_back(estimated);
     }
   }
   context.report.add_table(
@@ -157,7 +144,6 @@ void structural(StudyContext& context) {
       "External instrument of 30 µm (noise 5 µm, calibration error 15 µm). The error is that of "
       "k_s(p) over the box pressed in; a constant model of a rig with a field errs by the last "
       "rows, and says so in its remarks.");
-  if (!along.series.empty()) context.report.add_plot("identify_structural_field", along);
 }
 
 // ---- tool ----
@@ -187,11 +173,6 @@ void tool(StudyContext& context) {
        {10.0, 5.0, -4.0}}};
   report::MarkdownTable table({"tool", "device", "mass g", "± g", "mass error", "centre error mm", "± mm",
                                "turn error °", "force bias error mN", "took s", "converged"});
-  report::SvgPlot mass_plot{"Mass of the tool as it is found, high-force device",
-                            {"time", "s"},
-                            {"relative error of the mass", "1", true}};
-  report::SvgPlot centre_plot{
-      "Centre of mass as it is found, high-force device", {"time", "s"}, {"error of the centre", "mm", true}};
   for (const Tool& t : tools) {
     for (const std::string& device : devices()) {
       sim::SimulationConfig config{.device = device, .object = "none"};
@@ -206,19 +187,7 @@ void tool(StudyContext& context) {
       centre_figure.unit = "mm";
       centre_figure.goal = 0.5;
       identification::ToolIdentification identification({}, rig_of(config)->info());
-      report::PlotSeries masses{t.name}, centres{masses.label};
-      double next_s = 2.5;
-      const SessionResult session =
-          run_session(identification, config, 60.0, [&](const rt::Observation& o, const hal::TruthSample&) {
-            const double now_s = 1e-9 * static_cast<double>(o.sample.time_ns);
-            if (now_s < next_s) return;
-            next_s += 0.5;
-            const auto so_far = identification.finish();
-            if (!so_far) return;
-            const auto& model = std::get<rt::ToolModel>(so_far->content);
-            masses.add(now_s, std::max(1e-5, std::abs(model.mass_g / t.mass_g - 1.0)));
-            centres.add(now_s, std::max(1e-3, rt::norm(model.centre_mm - t.centre_mm)));
-          });
+      const SessionResult session = run_session(identification, config, 60.0);
       const auto result = identification.finish();
       if (!result) {
         mass_figure.failed = centre_figure.failed = result.error().text();
@@ -242,24 +211,12 @@ void tool(StudyContext& context) {
                      fixed(angle_between(model.sensor_to_tool, t.turn) * 57.29578, 3),
                      fixed(1e3 * rt::norm(model.force_bias_n - bias), 2), fixed(session.duration_s, 1),
                      result->converged ? "yes" : "no"});
-      if (device == "phantom_1_5_high_force") {
-        mass_plot.series.push_back(masses);
-        centre_plot.series.push_back(centres);
-      }
     }
   }
   context.report.add_table(
       "identify_tool", "Tool from free motion", table,
       "The hand turns the tool by 45° about two axes and waves it at 150 mm/s. The mass hangs next to "
       "the tip, so that turning accelerates it.");
-  mass_plot.y.minimum = 1e-5;
-  mass_plot.y.maximum = 0.1;
-  centre_plot.y.minimum = 1e-3;
-  centre_plot.y.maximum = 10.0;
-  mass_plot.references = {{report::PlotReference::Axis::kY, 0.01, "goal"}};
-  centre_plot.references = {{report::PlotReference::Axis::kY, 0.5, "goal"}};
-  context.report.add_plot("identify_tool_mass", mass_plot);
-  context.report.add_plot("identify_tool_centre", centre_plot);
 }
 
 // ---- threshold ----
@@ -291,9 +248,6 @@ double alarms_per_minute(sim::SimulationConfig config, double threshold_n, const
 void threshold(StudyContext& context) {
   report::MarkdownTable table({"device", "threshold N", "± N", "largest seen N", "margin", "watched s",
                                "alarms a minute: sway", "strikes 220 mm/s", "shaken 1 N 5 Hz", "converged"});
-  report::SvgPlot plot{"Greatest residual of a second, worst class of motion",
-                       {"residual", "N"},
-                       {"share of seconds that exceed it", "1", true}};
   for (const std::string& device : devices()) {
     sim::SimulationConfig config{.device = device, .object = "sponge_block"};
     report::Figure figure{"threshold", {{"device", device}}};
@@ -345,34 +299,11 @@ void threshold(StudyContext& context) {
     }
     row.push_back(result->converged ? "yes" : "no");
     table.add_row(row);
-    report::PlotSeries seen{device + ", seen"}, tail{device + ", exponential tail"};
-    const int colour = device == devices().front() ? 0 : 1;
-    seen.style = report::PlotSeries::Style::kPoints;
-    seen.colour = tail.colour = colour;
-    for (const identification::FitPoint& p : session.progress.fit) {
-      if (p.measured > 0.0) seen.x.push_back(p.x), seen.y.push_back(p.measured);
-    }
-    double scale_n = 1e-3;
-    for (const rt::EstimatedParameter& p : session.progress.parameters) {
-      if (p.name == "tail_scale_n") scale_n = p.value;
-    }
-    // The tail's model, drawn on beyond what was seen: where it begins follows from any of its points.
-    double begins_n = 0.0;
-    for (const identification::FitPoint& p : session.progress.fit) {
-      if (p.model < 1.0) begins_n = p.x + scale_n * std::log(p.model / 0.25);
-    }
-    for (int i = 0; i <= 40; ++i) {
-      const double r = begins_n + (model.threshold_n - begins_n) * i / 40.0;
-      tail.add(r, 0.25 * std::exp(-(r - begins_n) / scale_n));
-    }
-    plot.series.push_back(seen);
-    plot.series.push_back(tail);
   }
   context.report.add_table(
       "identify_threshold", "Contact threshold without a false alarm in free motion", table,
       "Rest, sway and strikes into the air take turns. The threshold is what the worst class of "
       "motion exceeds once in ten minutes, by an exponential tail.");
-  context.report.add_plot("identify_threshold", plot);
 }
 
 // ---- gains ----

@@ -6,8 +6,8 @@
 
 #include "server/model/model_file.h"
 #include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/scenes.h"
-#include "tests/measure/study/identify/identify_study.h"
 
 namespace hapticd::study {
 

@@ -16,12 +16,12 @@
 #include "tests/emulated_rig/board_rig.h"
 #include "tests/emulated_rig/emulated_rig.h"
 #include "tests/emulated_rig/identify_run.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/simulated_session.h"
 #include "tests/measure/study/identify/contact_palpation.h"
 #include "tests/measure/study/identify/friction_validation.h"
-#include "tests/measure/study/identify/identify_study.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

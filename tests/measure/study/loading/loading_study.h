@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/common/study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/loading/loading_trial.h"
 
 namespace hapticd::study {
@@ -29,12 +29,5 @@ LoadingOutcome press_as_feasible(LoadingTrial& trial);
 
 /// Takes all compensation out of a scene: of the loop's delay and of the device's own friction.
 void leave_uncompensated(rt::SceneSpec& scene);
-
-/// Error of the force at the hand while it presses with 2, 10 and 30 N/s, and while it holds.
-void run_loading_error(StudyContext& context);
-
-/// Computes the part of that error that each cause makes: each is switched off in the simulated rig, one at a
-/// time.
-void run_loading_budget(StudyContext& context);
 
 }  // namespace hapticd::study

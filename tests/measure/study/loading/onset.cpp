@@ -1,7 +1,6 @@
 #include "tests/measure/study/loading/onset.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tests/measure/study/common/study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/loading/loading_trial.h"
 
 namespace hapticd::study {
@@ -23,8 +23,5 @@ OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s);
 /// The slope ratio of the same hand that meets a real object of the target's stiffness, elastic and linear,
 /// with the same device, whose motors give nothing: the device's own mass and friction are in every slope.
 double slope_ratio_of_real(const LoadingTrial& trial, double speed_mm_per_s);
-
-/// Force, depth and slope with which contacts begin to be felt, on all objects, devices and speeds.
-void run_onset(StudyContext& context);
 
 }  // namespace hapticd::study

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/machine/machine_study.h"
 #include "tests/measure/report/child_process.h"
+#include "tests/measure/study/common/parts.h"
 
 namespace hapticd::study {
 

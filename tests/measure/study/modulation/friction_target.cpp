@@ -1,12 +1,11 @@
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "tests/measure/study/common/explore_study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/press.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/modulation/friction_trial.h"
-#include "tests/measure/study/modulation/modulation_study.h"
 
 namespace hapticd::study {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "rt/modulation/transient_waveform.h"
 #include "tests/measure/study/common/explore_study.h"

@@ -1,11 +1,10 @@
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/press.h"
 #include "tests/measure/study/common/scenes.h"
-#include "tests/measure/study/modulation/modulation_study.h"
 #include "tests/measure/study/modulation/transient_trial.h"
 
 namespace hapticd::study {

@@ -1,16 +1,15 @@
 #include <cmath>
 #include <deque>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "server/pose/pose_maker.h"
 #include "server/telemetry/angular_velocity.h"
+#include "tests/measure/report/quantile.h"
 #include "tests/measure/study/common/hands.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/virtual_run.h"
-#include "tests/measure/study/pose/pose_study.h"
-#include "tests/measure/report/quantile.h"
 
 namespace hapticd::study {
 

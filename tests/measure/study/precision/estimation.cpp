@@ -1,5 +1,5 @@
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/precision/estimation_stages.h"
-#include "tests/measure/study/precision/precision_study.h"
 
 namespace hapticd::study {
 

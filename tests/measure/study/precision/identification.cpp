@@ -1,19 +1,15 @@
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "tests/measure/report/run_time.h"
 #include "tests/measure/report/work_precision.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/identify/contact_methods.h"
 #include "tests/measure/study/precision/log_least_squares.h"
-#include "tests/measure/study/precision/precision_study.h"
 
 namespace hapticd::study {
 
@@ -87,30 +83,6 @@ struct ObjectData {
   TruePalpation validation;
 };
 
-/// Presses as a hand mixes them, for as long as wanted: the requests of an identification come in the same
-/// order and stop too early to see what length does.
-TruePalpation long_palpation(const std::string& object, double duration_s) {
-  std::vector<identification::MotionRequest> requests;
-  const double forces_n[] = {2.0, 5.0, 3.5, 6.0, 1.2, 4.2};
-  const double rates_n_per_s[] = {4.0, 15.0, 2.5, 30.0, 8.0};
-  const double holds_s[] = {0.1, 0.5, 0.2};
-  // A press with its way there and back takes two seconds or more.
-  const auto presses = static_cast<std::size_t>(std::ceil(duration_s / 2.0));
-  for (std::size_t i = 0; i < presses; ++i) {
-    identification::MotionRequest request;
-    request.motion = identification::MotionRequest::Motion::kPress;
-    request.force_n = forces_n[i % 6];
-    request.force_rate_n_per_s = rates_n_per_s[i % 5];
-    request.hold_s = holds_s[i % 3];
-    requests.push_back(request);
-  }
-  return palpate(object, requests, 3);
-}
-
-double seconds_in(const Palpation& palpation) {
-  return palpation.empty() ? 0.0 : palpation.back().time_s - palpation.front().time_s;
-}
-
 void study_methods(StudyContext& context, const std::vector<ObjectData>& data) {
   const std::vector<Candidate> all = candidates();
   report::MarkdownTable table({"object", "method", "force error %", "displacement error %", "ns per sample"});
@@ -161,63 +133,6 @@ void study_methods(StudyContext& context, const std::vector<ObjectData>& data) {
                            "deepest; as rendering uses the law, from force to displacement.");
 }
 
-void study_length(StudyContext& context, const std::vector<std::string>& objects) {
-  const std::vector<double> lengths_s =
-      context.quick ? std::vector<double>{2.0, 5.0} : std::vector<double>{1, 2, 3, 5, 7, 10, 15, 20, 30};
-  const std::vector<Candidate> all = candidates();
-  std::vector<std::vector<double>> sums(all.size(), std::vector<double>(lengths_s.size(), 0.0));
-  for (const std::string& object : objects) {
-    const TruePalpation training = long_palpation(object, lengths_s.back());
-    const TruePalpation validation = palpate(object, validation_requests(), 7);
-    // Time counts from the first contact: the way there teaches nothing.
-    const auto& samples = training.samples;
-    const auto first =
-        std::find_if(samples.begin(), samples.end(), [](const auto& s) { return s.in_contact; });
-    for (std::size_t l = 0; l < lengths_s.size(); ++l) {
-      const auto last = std::find_if(first, samples.end(), [&](const identification::PalpationSample& s) {
-        return s.time_s > first->time_s + lengths_s[l];
-      });
-      const Palpation part(samples.begin(), last);
-      for (std::size_t i = 0; i < all.size(); ++i) {
-        const Result r = judged(all[i], part, validation);
-        sums[i][l] += r.force / static_cast<double>(objects.size());
-      }
-    }
-    if (seconds_in({first, samples.end()}) < lengths_s.back())
-      report::Report::note(object + ": the palpation is shorter than the longest length");
-  }
-  report::SvgPlot plot;
-  plot.title = "Force error against length of the palpation, mean over the objects";
-  plot.x = {"length from the first contact on, pauses included", "s", true};
-  plot.y = {"force error on other presses", "%"};
-  plot.y.minimum = 0.0;
-  plot.y.maximum = 25.0;
-  plot.x.minimum = 1.0;
-  plot.x.maximum = 30.0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    report::PlotSeries series{all[i].label + (all[i].is_default ? " (default)" : "")};
-    series.style = report::PlotSeries::Style::kLinePoints;
-    for (std::size_t l = 0; l < lengths_s.size(); ++l) {
-      report::Figure figure{"identification_error_by_length",
-                            {{"method", all[i].label}, {"length_s", lengths_s[l]}}};
-      if (std::isfinite(sums[i][l])) {
-        figure.value = sums[i][l];
-      } else {
-        figure.failed = "not determined on every object";
-      }
-      context.report.add(figure);
-      series.add(lengths_s[l], 100.0 * sums[i][l]);
-    }
-    plot.series.push_back(series);
-  }
-  context.report.add_plot("identification_length", plot);
-  context.report.say(
-      "Every method learns what it can from the first two or three presses (about 5 s), if they differ in "
-      "depth "
-      "and speed; more of the same teaches next to nothing. Before that no method helps: one press does not "
-      "distinguish depth from speed.");
-}
-
 }  // namespace
 
 void run_identification_precision(StudyContext& context) {
@@ -228,7 +143,6 @@ void run_identification_precision(StudyContext& context) {
     data.push_back({object, requested_palpation(object), palpate(object, validation_requests(), 7)});
   }
   study_methods(context, data);
-  study_length(context, objects);
 }
 
 }  // namespace hapticd::study

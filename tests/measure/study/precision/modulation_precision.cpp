@@ -4,14 +4,14 @@
 
 #include "rt/inclusion/rendered_inclusions.h"
 #include "rt/signal/vector.h"
+#include "tests/measure/report/run_time.h"
+#include "tests/measure/report/work_precision.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/modulation/friction_trial.h"
 #include "tests/measure/study/modulation/transient_trial.h"
 #include "tests/measure/study/precision/estimation_stages.h"
-#include "tests/measure/study/precision/precision_study.h"
-#include "tests/measure/report/run_time.h"
-#include "tests/measure/report/work_precision.h"
 #include "tests/measure/study/tumour/tumour_trial.h"
 
 namespace hapticd::study {

@@ -11,15 +11,14 @@
 #include "rt/deformation/displacement.h"
 #include "rt/deformation/tracked_direction.h"
 #include "rt/signal/vector.h"
+#include "tests/measure/report/quantile.h"
+#include "tests/measure/report/run_time.h"
+#include "tests/measure/report/work_precision.h"
 #include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/precision/estimation_stages.h"
-#include "tests/measure/study/precision/plain_direction.h"
 #include "tests/measure/study/precision/stroke_log.h"
-#include "tests/measure/report/quantile.h"
-#include "tests/measure/report/run_time.h"
-#include "tests/measure/report/work_precision.h"
 
 namespace hapticd::study {
 
@@ -93,27 +92,17 @@ DirectionMethod direction_method(const std::string& name, Make make, bool is_def
           }};
 }
 
-/// The shipped estimator with the published one's filter behind it.
-class FilteredTracked {
+/// The direction of the reaction as it is, friction and all: what there is without any friction model.
+class ReactionDirection {
  public:
-  FilteredTracked(const rt::FrictionParameters& friction, double force_noise_n)
-      : tracked_(friction, force_noise_n, kRateHz), filter_(rt::PublishedDirection::kCutoffHz, kRateHz) {}
-  void begin(const hal::Vector3& reaction_n) noexcept {
-    tracked_.begin(reaction_n);
-    normal_ = tracked_.normal();
-    filter_.seed(normal_);
-  }
-  void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-              const hal::Vector3& velocity_mm_per_s) noexcept {
-    tracked_.update(reaction_n, step_mm, velocity_mm_per_s);
-    normal_ = rt::direction_or(filter_.update(tracked_.normal()), normal_);
+  void begin(const hal::Vector3& reaction_n) noexcept { normal_ = rt::direction_or(reaction_n, normal_); }
+  void update(const hal::Vector3& reaction_n, const hal::Vector3&, const hal::Vector3&) noexcept {
+    begin(reaction_n);
   }
   const hal::Vector3& normal() const noexcept { return normal_; }
 
  private:
-  rt::TrackedDirection tracked_;
-  rt::ButterworthLowPass3 filter_;
-  hal::Vector3 normal_;
+  hal::Vector3 normal_{0.0, 0.0, 1.0};
 };
 
 std::vector<DirectionMethod> direction_methods() {
@@ -122,19 +111,10 @@ std::vector<DirectionMethod> direction_methods() {
       direction_method(
           "tracked", [=](const Conditions& c) { return rt::TrackedDirection(c.friction, noise_n, kRateHz); },
           true),
-      direction_method("tracked, then 70 Hz",
-                       [=](const Conditions& c) { return FilteredTracked(c.friction, noise_n); }),
       direction_method(
           "published, 70 Hz",
           [](const Conditions& c) { return rt::PublishedDirection(c.law, c.friction, kRateHz); }),
-      direction_method(
-          "published, 20 Hz",
-          [](const Conditions& c) { return PublishedDirectionAt(20.0, c.law, c.friction, kRateHz); }),
-      direction_method(
-          "published, no filter",
-          [](const Conditions& c) { return PublishedDirectionAt({}, c.law, c.friction, kRateHz); }),
-      direction_method("reaction as it is", [](const Conditions&) { return ReactionDirection({}, kRateHz); }),
-      direction_method("reaction, 70 Hz", [](const Conditions&) { return ReactionDirection(70.0, kRateHz); }),
+      direction_method("reaction as it is", [](const Conditions&) { return ReactionDirection(); }),
   };
 }
 
@@ -367,7 +347,7 @@ void show_directions(StudyContext& context, const std::vector<DirectionMethod>& 
       "While the rod slides, 95 % of the errors are below " + sliding +
       ". Where a stroke turns, friction changes its side while the encoders rest; with turns and "
       "pressing they are below " +
-      turning + ": what shows the ways apart is the turn, not the filter.");
+      turning + ".");
 }
 
 void show_displacements(StudyContext& context, const Data& data, double seconds) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/calibration/estimate/nominal_arm.h"
-#include "tests/measure/study/registration/registration_study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/support/calibration/registration_trial.h"
 
 namespace hapticd::study {
@@ -149,31 +149,6 @@ void run_registration(StudyContext& context) {
                                "60 Hz, 0.25 … 0.35 mm, latency 10 … 40 ms, 1 % outliers, 3 % drop-outs. "
                                "Quantiles over the motion; in the "
                                "median over the arms unless it says worst.");
-}
-
-void run_registration_length(StudyContext& context) {
-  const std::vector<double> lengths =
-      context.quick ? std::vector<double>{15.0} : std::vector<double>{10.0, 20.0, 40.0, 90.0};
-  const std::uint64_t arms = context.quick ? 1 : 6;
-  report::MarkdownTable table({"motion s", "method", "95 % mm", "predicted / observed", "run time s"});
-  for (const double length : lengths) {
-    std::array<Column, kMethods.size()> columns;
-    for (std::uint64_t seed = 1; seed <= arms; ++seed) {
-      const RegistrationTrial trial =
-          record_trial({.seed = 100 + seed, .calibration_s = length, .held_out_s = 20.0});
-      for (std::size_t m = 0; m < kMethods.size(); ++m) columns[m].add(outcome_of(trial, kMethods[m].method));
-    }
-    for (std::size_t m = 0; m < kMethods.size(); ++m) {
-      const Column& c = columns[m];
-      add_figure(context, "target_error_of_length_mm", {{"motion_s", length}, {"method", kMethods[m].name}},
-                 quantile(c.tail_mm, 0.5), "mm", {}, quantile(c.time_ns, 0.5));
-      table.add_row({fixed(length, 0), kMethods[m].name, fixed(quantile(c.tail_mm, 0.5), 3),
-                     fixed(quantile(c.ratio, 0.5), 2), fixed(1e-9 * quantile(c.time_ns, 0.5), 2)});
-    }
-  }
-  context.report.add_table(
-      "registration_length", "Target error against length and run time", table,
-      "95 % of held-out motion, median over the arms; run time of one calibration here.");
 }
 
 }  // namespace hapticd::study

@@ -1,8 +1,6 @@
 #include "tests/measure/study/rig/recording_analysis.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <memory>
 
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"

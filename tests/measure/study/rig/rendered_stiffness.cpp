@@ -15,7 +15,6 @@ struct PressResult {
   double pressing_error_mean =
       0.0;  ///< mean |error| while the force builds up, beyond a tenth of the final depth
   std::vector<double> depth_mm;  ///< while the force builds up
-  std::vector<double> error;
   std::vector<double> hand_force_n;
 };
 
@@ -42,7 +41,6 @@ PressResult press(const std::string& device, const std::string& object, double t
     ++counted;
     if (loading % 10 != 0) continue;
     result.depth_mm.push_back(point.depth_mm);
-    result.error.push_back(error);
     result.hand_force_n.push_back(point.hand_force_n);
   }
   result.pressing_error_mean = counted > 0 ? error_sum / counted : 0.0;
@@ -67,14 +65,6 @@ void run_rendered_stiffness(StudyContext& context) {
   using report::fixed;
   report::MarkdownTable table({"device", "object", "target N/mm", "press N", "rendered N/mm", "error %",
                                "pressing error %", "uncompensated error %"});
-  report::SvgPlot curves;
-  curves.title = "Error at the hand while pressing, PHANToM 1.0";
-  curves.x = {"displacement of the tip", "mm"};
-  curves.y = {"stiffness error", "%"};
-  curves.y.minimum = -40.0;
-  curves.y.maximum = 40.0;
-  curves.references = {{report::PlotReference::Axis::kY, 5.0, "+5 %"},
-                       {report::PlotReference::Axis::kY, -5.0, "-5 %"}};
   report::SvgPlot forces;
   forces.title = "Hand force over displacement, PHANToM 1.0: four objects, two targets";
   forces.x = {"displacement of the tip", "mm"};
@@ -121,12 +111,8 @@ void run_rendered_stiffness(StudyContext& context) {
                        with.infeasible.empty() ? fixed(with.rendered_n_per_mm, 4) : with.infeasible,
                        error_of(with), fixed(100.0 * with.pressing_error_mean, 2), error_of(without)});
         if (!plotted) continue;
-        std::vector<double> percent;
-        for (const double error : with.error) percent.push_back(100.0 * error);
         const std::string label = object + ", " + fixed(target, 1) + " N/mm";
         const bool dashed = target > 0.5;
-        curves.series.push_back(
-            {label, with.depth_mm, percent, report::PlotSeries::Style::kLine, colour, dashed});
         forces.series.push_back(
             {label, with.depth_mm, with.hand_force_n, report::PlotSeries::Style::kLine, colour, dashed});
       }
@@ -138,7 +124,6 @@ void run_rendered_stiffness(StudyContext& context) {
                            "absolute error while the force builds up, beyond a tenth of the final depth. "
                            "Uncompensated: the device taken as "
                            "rigid.");
-  context.report.add_plot("pressing_error", curves);
   context.report.add_plot("hand_force", forces);
 }
 

@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <cmath>
 #include <string>
-#include <vector>
 
 #include "rt/target/desired_force.h"
 #include "tests/measure/study/common/hands.h"
@@ -206,52 +204,11 @@ void run_walls(StudyContext& context) {
                            table);
 }
 
-void run_sensitivity(StudyContext& context) {
-  struct Variation {
-    const char* parameter;
-    double value;
-  };
-  const std::vector<Variation> variations{{"preset", 0.0},
-                                          {"structural_mode_hz", 70.0},
-                                          {"structural_mode_hz", 160.0},
-                                          {"structural_mode_hz", 220.0},
-                                          {"structural_damping", 0.01},
-                                          {"structural_damping", 0.15},
-                                          {"amplifier_pole_hz", 100.0},
-                                          {"amplifier_pole_hz", 1400.0}};
-  report::MarkdownTable table({"parameter", "value", "sponge block", "rubber ball"});
-  for (const Variation& v : variations) {
-    std::vector<std::string> row{v.parameter,
-                                 v.value > 0.0 ? report::significant(v.value, 3) : report::kNoNumber};
-    for (const std::string object : {"sponge_block", "rubber_ball"}) {
-      sim::SimulationConfig rig;
-      rig.object = object;
-      const std::string parameter = v.parameter;
-      if (parameter == "structural_mode_hz") rig.structural_mode_hz = v.value;
-      if (parameter == "structural_damping") rig.structural_damping = v.value;
-      if (parameter == "amplifier_pole_hz") rig.amplifier_pole_hz = v.value;
-      const Limit limit = object_limit(rig, true);
-      report::Figure figure{
-          "stable_stiffness_sensitivity",
-          {{"device", "phantom_1_0"}, {"object", object}, {"parameter", parameter}, {"value", v.value}}};
-      add_limit(context, figure, limit);
-      row.push_back(shown(limit));
-      if (context.quick) break;
-    }
-    while (row.size() < 4) row.emplace_back(report::kNoNumber);
-    table.add_row(row);
-  }
-  context.report.add_table("stability_sensitivity",
-                           "What the uncertain parameters do to the largest stable target, PHANToM 1.0, N/mm",
-                           table);
-}
-
 }  // namespace
 
 void run_stability(StudyContext& context) {
   run_objects(context);
   run_walls(context);
-  run_sensitivity(context);
 }
 
 }  // namespace hapticd::study

@@ -10,11 +10,11 @@
 #include "rt/control/default_gains.h"
 #include "rt/target/largest_target.h"
 #include "tests/measure/study/common/explore_study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/rig_study.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/stability/analytic_bound.h"
 #include "tests/measure/study/stability/scaled_object.h"
-#include "tests/measure/study/stability/stability_study.h"
 #include "tests/measure/study/stability/stability_trial.h"
 
 namespace hapticd::study {

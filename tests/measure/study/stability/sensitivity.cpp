@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/stability/scaled_object.h"
-#include "tests/measure/study/stability/stability_study.h"
 #include "tests/measure/study/stability/stability_trial.h"
 
 namespace hapticd::study {

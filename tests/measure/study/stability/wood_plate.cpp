@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "rt/control/default_gains.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/stability/analytic_bound.h"
-#include "tests/measure/study/stability/stability_study.h"
 #include "tests/measure/study/stability/stability_trial.h"
 
 namespace hapticd::study {

@@ -1,7 +1,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/tumour/tumour_study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/tumour/tumour_trial.h"
 
 namespace hapticd::study {

@@ -3,7 +3,7 @@
 
 #include "hal/sim/base/random.h"
 #include "rt/signal/vector.h"
-#include "tests/measure/study/tumour/tumour_study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/tumour/tumour_trial.h"
 
 namespace hapticd::study {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "rt/signal/vector.h"
 #include "tests/measure/study/tumour/tumour_trial.h"
 

@@ -1,9 +1,7 @@
 // Traps of the controller: unit of K_d (3.6), what it is without K_d, the limit of stability in 1D.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <complex>
 #include <deque>
 #include <numbers>
 #include <vector>

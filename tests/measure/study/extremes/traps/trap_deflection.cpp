@@ -1,6 +1,5 @@
 // Traps of (4.25): the algebraic loop and the sign.
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 

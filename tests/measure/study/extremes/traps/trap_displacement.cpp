@@ -1,7 +1,6 @@
 // Traps of (4.22) and (4.23): noise at small force; a static law does not give the sponge's figures.
 
 #include <cmath>
-#include <vector>
 
 #include "hal/sim/base/random.h"
 #include "hal/sim/object/material.h"

@@ -1,6 +1,5 @@
 // Trap of (6.3): the tumour's displacement, explicit next to the exact solution of (6.2).
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/measure/study/extremes/extremes_study.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/extremes/traps/trap.h"
 
 namespace hapticd::study {

@@ -13,9 +13,9 @@
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "server/identification/session/contact/contact_identification.h"
-#include "tests/reference/creep_force.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/recording_set.h"
-#include "tests/measure/study/identify/identify_study.h"
+#include "tests/reference/creep_force.h"
 
 namespace hapticd::study {
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,10 +13,10 @@
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "server/identification/session/contact/contact_identification.h"
+#include "tests/measure/study/common/parts.h"
+#include "tests/measure/study/common/recording_set.h"
 #include "tests/reference/contact_point.h"
 #include "tests/reference/creep_force.h"
-#include "tests/measure/study/common/recording_set.h"
-#include "tests/measure/study/identify/identify_study.h"
 
 namespace hapticd::study {
 

@@ -5,8 +5,8 @@
 
 #include "server/identification/estimate/friction/friction_law_fit.h"
 #include "server/identification/estimate/friction/maxwell_slip_fit.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/recording_set.h"
-#include "tests/measure/study/identify/identify_study.h"
 #include "tests/measure/study/identify/recordings/friction_recording.h"
 #include "tests/support/value_of.h"
 

@@ -8,8 +8,8 @@
 #include "rt/signal/tool_load.h"
 #include "rt/signal/vector.h"
 #include "server/identification/estimate/tool_load_fit.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/recording_set.h"
-#include "tests/measure/study/identify/identify_study.h"
 #include "tests/measure/study/identify/recordings/handover_recording.h"
 
 namespace hapticd::study {

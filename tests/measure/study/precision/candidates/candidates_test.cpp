@@ -4,13 +4,9 @@
 
 #include <cmath>
 
-#include "rt/baseline/published_direction.h"
 #include "rt/friction/dahl.h"
-#include "rt/signal/vector.h"
-#include "tests/measure/study/precision/detection/contact_signals.h"
 #include "tests/measure/study/precision/motion/plain_velocity.h"
 #include "tests/measure/study/precision/motion/steady_state_kalman.h"
-#include "tests/measure/study/precision/plain_direction.h"
 #include "tests/measure/study/precision/published_dahl.h"
 
 namespace hapticd::study {
@@ -59,40 +55,14 @@ TEST(SteadyStateKalman, FollowsWhatItReckonsWithWithoutLag) {
 TEST(PlainVelocity, OfALineIsItsSlope) {
   PlainDifference difference(kRateHz);
   FilteredDifference filtered(50.0, kRateHz);
-  FixedWindowVelocity window(10, kRateHz);
-  LevantDifferentiator levant(3e4, kRateHz);
-  double of_difference = 0.0, of_filtered = 0.0, of_window = 0.0, of_levant = 0.0;
+  double of_difference = 0.0, of_filtered = 0.0;
   for (int k = 0; k < 1000; ++k) {
     const double position_mm = 0.2 * k;
     of_difference = difference.update(position_mm);
     of_filtered = filtered.update(position_mm);
-    of_window = window.update(position_mm);
-    of_levant = levant.update(position_mm);
   }
   EXPECT_NEAR(of_difference, 200.0, 1e-9);
   EXPECT_NEAR(of_filtered, 200.0, 1e-6);
-  EXPECT_NEAR(of_window, 200.0, 1e-9);
-  EXPECT_NEAR(of_levant, 200.0, 3e4 * kPeriodS * 2.0);  // chatters by about L T
-}
-
-TEST(FixedWindowVelocity, LagsHalfItsWindow) {
-  // The least-squares slope of a parabola is that in the middle of the window.
-  FixedWindowVelocity window(10, kRateHz);
-  double velocity = 0.0;
-  for (int k = 0; k < 100; ++k) {
-    const double t = k * kPeriodS;
-    velocity = window.update(500.0 * t * t);
-  }
-  EXPECT_NEAR(velocity, 1000.0 * (0.099 - 0.005), 1e-9);
-}
-
-TEST(MovingMean, IsTheMeanOfTheLastOnes) {
-  MovingMean<4> mean;
-  EXPECT_DOUBLE_EQ(mean.update(2.0), 2.0);
-  EXPECT_DOUBLE_EQ(mean.update(6.0), 3.0);
-  mean.update(6.0);
-  mean.update(6.0);
-  EXPECT_DOUBLE_EQ(mean.update(6.0), 6.0);
 }
 
 TEST(EulerDahl, ApproachesTheExactStepAndDivergesBeyondTwo) {
@@ -127,25 +97,6 @@ TEST(PublishedDahl, CountsTheWaySinceTheTurnAgainAndAgain) {
   // Σ k = 55 steps' worth of way instead of 10.
   EXPECT_NEAR(force_n, 1.0 - std::exp(-55.0 * 0.01 * kStiffness), 1e-9);
   EXPECT_GT(force_n, 1.5 * kCoulombN * z);
-}
-
-TEST(PublishedDirectionAt, IsThePublishedOneAtItsCutoff) {
-  const rt::FrictionParameters friction{0.5, 0.1, 1e-4, 1.0};
-  for (const rt::FrictionLaw law : {rt::FrictionLaw::kDahl, rt::FrictionLaw::kCoulombViscous}) {
-    rt::PublishedDirection published(law, friction, kRateHz);
-    PublishedDirectionAt open(rt::PublishedDirection::kCutoffHz, law, friction, kRateHz);
-    const hal::Vector3 first{0.1, 0.0, 1.0};
-    published.begin(first);
-    open.begin(first);
-    for (int k = 0; k < 500; ++k) {
-      const double phase = 0.02 * k;
-      const hal::Vector3 reaction{-0.5 * std::sin(phase), 0.1, 2.0 + 0.1 * std::cos(3.0 * phase)};
-      const hal::Vector3 step{0.05 * std::sin(phase), 0.01, 0.0};
-      published.update(reaction, step, step * kRateHz);
-      open.update(reaction, step, step * kRateHz);
-      ASSERT_LT(rt::norm(published.normal() - open.normal()), 1e-12) << k;
-    }
-  }
 }
 
 }  // namespace

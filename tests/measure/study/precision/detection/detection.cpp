@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "rt/contact/contact_detector.h"
+#include "tests/measure/report/run_time.h"
+#include "tests/measure/report/work_precision.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/precision/detection/contact_signals.h"
 #include "tests/measure/study/precision/detection/detection_traces.h"
-#include "tests/measure/study/precision/precision_study.h"
-#include "tests/measure/report/run_time.h"
-#include "tests/measure/report/work_precision.h"
 
 namespace hapticd::study {
 
@@ -140,7 +140,6 @@ struct MethodResult {
   std::string name;
   bool is_default = false;
   double quiet_threshold = 0.0;
-  const char* unit = "mN";
   std::size_t alarms_again = 0;  ///< tenths of a second with an alarm, in the other free motion
   Delays delays;                 ///< at the quiet threshold
   std::map<std::string, Delays> by_object;
@@ -182,26 +181,12 @@ MethodResult measured(const std::string& name, const Signal& signal, const Data&
   return result;
 }
 
-/// Twice what (3.4) leaves of free motion on average.
-double drift_n(const std::vector<DetectionTick>& free_motion) {
-  PublishedReaction reaction(kEncoderMm, kRateHz);
-  double sum = 0.0;
-  for (const DetectionTick& tick : free_motion) sum += std::abs(reaction.update(tick, false));
-  return 2.0 * sum / static_cast<double>(free_motion.size());
-}
-
 std::vector<MethodResult> measure_all(const Data& data, double seconds) {
   std::vector<MethodResult> all;
   all.push_back(measured("matched inertia", MatchedInertia(kRateHz), data, seconds));
   all.back().is_default = true;
   all.push_back(measured("published (3.4)", PublishedReaction(kEncoderMm, kRateHz), data, seconds));
   all.push_back(measured("raw force", RawForce{}, data, seconds));
-  all.push_back(measured("force against its 20 ms mean", ForceStep{}, data, seconds));
-  all.push_back(measured("(3.4), mean of 5 ms", AveragedReaction(kEncoderMm, kRateHz), data, seconds));
-  all.push_back(measured("(3.4), cumulative sum",
-                         CumulativeSum(drift_n(data.free_motion), kEncoderMm, kRateHz), data, seconds));
-  all.back().unit = "mN·tick";
-  all.push_back(measured("matched inertia, no lead", MatchedWithoutLead(kRateHz), data, seconds));
   return all;
 }
 
@@ -228,7 +213,7 @@ void show_curves(StudyContext& context, const std::vector<MethodResult>& all, co
   report::MarkdownTable table(headers);
   for (const MethodResult& method : all) {
     std::vector<std::string> row{method.name + (method.is_default ? " (default)" : ""),
-                                 fixed(1e3 * method.quiet_threshold, 1) + " " + method.unit,
+                                 fixed(1e3 * method.quiet_threshold, 1) + " mN",
                                  std::to_string(method.alarms_again),
                                  fixed(method.delays.mean_ms(), 2),
                                  fixed(method.delays.largest_ms(), 1),

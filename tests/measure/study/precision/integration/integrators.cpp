@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -7,11 +6,11 @@
 #include <vector>
 
 #include "hal/sim/simulation.h"
-#include "tests/measure/study/precision/integration/order_of_convergence.h"
-#include "tests/measure/study/precision/integration/press_integrators.h"
-#include "tests/measure/study/precision/precision_study.h"
 #include "tests/measure/report/run_time.h"
 #include "tests/measure/report/work_precision.h"
+#include "tests/measure/study/common/parts.h"
+#include "tests/measure/study/precision/integration/order_of_convergence.h"
+#include "tests/measure/study/precision/integration/press_integrators.h"
 
 namespace hapticd::study {
 
@@ -172,14 +171,17 @@ Sweep sweep_of(const PressCase& c, bool quick) {
 }
 
 /// Error and run time: every method at the step that ships, and what ships at every step.
-void add_stage(StudyContext& context, const std::string& stage, const PressCase& c, const Sweep& sweep,
-               const std::string& justification) {
+void add_stage(StudyContext& context, const PressCase& c, const Sweep& sweep) {
   report::WorkPrecision precision;
-  precision.stage = stage;
+  precision.stage = "integrator";
   precision.error_name = "error of tip position, rms";
   precision.error_unit = "µm";
   precision.run_time_per = "simulated ms";
-  precision.justification = justification;
+  precision.justification =
+      "its error is one thing only, that the hand's plan is held from the end of a step and so runs 0.05 ms "
+      "early: a shift of the hand's own clock, which no figure depends on, and below the 7 µm of the finest "
+      "encoder. What depends on the equations, structure and contact, is as accurate as with the plan at the "
+      "middle of the step.";
   precision.remark =
       "One axis of PHANToM 1.0 and hand falls on " + c.name +
       " at 125 mm/s and presses on; the device adds 0.3 N/mm, sampled at 1 kHz. " + fixed(c.duration_ms, 0) +
@@ -204,27 +206,6 @@ void add_stage(StudyContext& context, const std::string& stage, const PressCase&
     }
   }
   report::add_work_precision(context.report, precision);
-}
-
-void plot_steps(StudyContext& context, const std::string& name, const PressCase& c, const Sweep& sweep) {
-  report::SvgPlot plot;
-  plot.title = "Error against step: press on " + c.name;
-  plot.x = {"step", "ms", true};
-  plot.y = {"error of tip position, rms", "µm", true};
-  plot.references = {{report::PlotReference::Axis::kX, 0.1, "the simulator's"}};
-  const auto& methods = integration_methods();
-  for (std::size_t m = 0; m < methods.size(); ++m) {
-    report::PlotSeries series{name_of(methods[m])};
-    series.style = report::PlotSeries::Style::kLinePoints;
-    series.colour = static_cast<int>(m);
-    for (std::size_t i = 0; i < steps_per_ms_tried().size(); ++i) {
-      const Accuracy& a = sweep.accuracy[m][i];
-      if (!a.failed.empty() || a.tip_um > 1e5) continue;
-      series.add(1.0 / steps_per_ms_tried()[i], a.tip_um);
-    }
-    plot.series.push_back(series);
-  }
-  context.report.add_plot(name, plot);
 }
 
 // --- the order that shows ---
@@ -311,7 +292,7 @@ std::optional<double> largest_step_ms(IntegrationMethod method, const sim::Mater
 }
 
 double creep_mm(const sim::MaterialParameters& material) {
-  return late_swing_mm(IntegrationMethod::kImplicitMidpoint, material, 1e-5).value();
+  return late_swing_mm(IntegrationMethod::kShippedAtMiddle, material, 1e-5).value();
 }
 
 std::string step_text(const std::optional<double>& step_ms, double shortest) {
@@ -366,201 +347,21 @@ void study_orders(StudyContext& context, const PressCase& smooth, const PressCas
           "the tip swings no more than 10 µm beyond the creep, at two half-octaves in a row.");
 }
 
-void study_stiffness(StudyContext& context) {
-  report::SvgPlot plot;
-  plot.title = "Largest step that holds, against the object's stiffness";
-  plot.x = {"stiffness of the object", "N/mm", true};
-  plot.y = {"largest step", "ms", true};
-  plot.y.minimum = 1e-3;
-  plot.y.maximum = 3.0;
-  report::PlotSeries ours{"step of the simulator", {0.1, 1e5}, {0.1, 0.1}};
-  ours.colour = 7;
-  ours.dashed = true;
-  plot.series.push_back(ours);
-  const std::vector<double> stiffnesses =
-      context.quick
-          ? std::vector<double>{0.1, 100.0, 1e5}
-          : std::vector<double>{0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5};
-  int colour = 0;
-  struct Matter {
-    double n_per_mm;
-    sim::MaterialParameters material;
-    double creep_mm;
-  };
-  const double shortest = shortest_ms(context.quick);
-  std::vector<Matter> matters;
-  for (const double stiffness : stiffnesses) {
-    const sim::MaterialParameters material = wood_of(stiffness);
-    matters.push_back({stiffness, material, creep_mm(material)});
-  }
-  for (const IntegrationMethod method : integration_methods()) {
-    const int own_colour = colour++;
-    if (method == IntegrationMethod::kShippedAtMiddle) continue;  // the same contact
-    report::PlotSeries series{name_of(method)};
-    series.style = report::PlotSeries::Style::kLinePoints;
-    series.colour = own_colour;
-    for (const auto& [stiffness, material, creep] : matters) {
-      const auto step_ms = largest_step_ms(method, material, creep, shortest);
-      report::Figure figure{"integrator_largest_step_ms",
-                            {{"method", name_of(method)}, {"object_stiffness", stiffness}}};
-      figure.unit = "ms";
-      if (step_ms) {
-        figure.value = *step_ms;
-        series.add(stiffness, *step_ms);
-      } else {
-        figure.failed = "does not hold at " + significant(shortest, 1) + " ms";
-      }
-      context.report.add(figure);
-    }
-    plot.series.push_back(series);
-  }
-  context.report.add_plot("integrator_largest_step", plot);
-}
-
-// --- the whole plant ---
-
-struct PlantRun {
-  std::vector<double> tip_mm;  ///< x, y, z by turns, once a millisecond
-  std::vector<double> force_n;
-};
-
-sim::HandProgram program_of(sim::HandProgram::Kind kind) {
-  sim::HandProgram program;
-  program.kind = kind;
-  program.force_n = 3.0;
-  program.force_rate_n_per_s = 6.0;
-  program.speed_mm_per_s = kind == sim::HandProgram::Kind::kTap ? 300.0 : 80.0;
-  program.stroke_length_mm = 30.0;
-  program.hold_s = 0.5;
-  return program;
-}
-
-/// Simulation itself, three axes with friction and a wavy surface; no force is asked of the device.
-PlantRun whole_plant(sim::HandProgram::Kind kind, double step_s, int duration_ms) {
-  sim::Simulation simulation(*sim::device_preset("phantom_1_5_high_force"), kToolMassKg, 1, {}, step_s);
-  sim::PlacedObject object(*sim::object_preset("sponge_cut"), sim::Tip::kRod, step_s);
-  const sim::PreparedHand hand = simulation.prepare(program_of(kind));
-  simulation.set_object(&object);
-  simulation.set_hand(&hand);
-  const auto steps = static_cast<int>(std::lround(1e-3 / step_s));
-  PlantRun run;
-  for (int ms = 0; ms < duration_ms; ++ms) {
-    for (int i = 0; i < steps; ++i) simulation.step();
-    const hal::TruthSample& truth = simulation.truth();
-    const auto append = [](std::vector<double>& values, const hal::Vector3& v) {
-      values.insert(values.end(), {v.x, v.y, v.z});
-    };
-    append(run.tip_mm, truth.tip_position_mm);
-    append(run.force_n, truth.reaction_force_n);
-  }
-  return run;
-}
-
-/// Stepping alone, on a press that has been begun.
-double plant_ns_per_ms(double step_s, double seconds) {
-  constexpr int kMs = 100;
-  sim::Simulation simulation(*sim::device_preset("phantom_1_5_high_force"), kToolMassKg, 1, {}, step_s);
-  sim::PlacedObject object(*sim::object_preset("sponge_cut"), sim::Tip::kRod, step_s);
-  sim::HandProgram program = program_of(sim::HandProgram::Kind::kStroke);
-  program.repetitions = -1;
-  const sim::PreparedHand hand = simulation.prepare(program);
-  simulation.set_object(&object);
-  simulation.set_hand(&hand);
-  const auto steps = static_cast<int>(std::lround(1e-3 / step_s));
-  const auto pass = [&](int ms) {
-    for (int i = 0; i < ms * steps; ++i) simulation.step();
-    return simulation.truth().tip_position_mm.z;
-  };
-  pass(3000);  // until it strokes
-  return report::run_time_ns(
-      kMs, [&] { return pass(kMs); }, seconds);
-}
-
-void study_whole_plant(StudyContext& context) {
-  using Kind = sim::HandProgram::Kind;
-  const int duration_ms = context.quick ? 1500 : 4000;
-  const double finest_s = context.quick ? 2e-5 : 2e-6;
-  const std::vector<int> steps_us =
-      context.quick ? std::vector<int>{500, 100, 50} : std::vector<int>{1000, 500, 200, 100, 50, 20, 10};
-  struct Motion {
-    const char* name;
-    Kind kind;
-  };
-  const std::array<Motion, 3> motions{
-      {{"press", Kind::kPress}, {"tap 300 mm/s", Kind::kTap}, {"stroke 80 mm/s", Kind::kStroke}}};
-  std::vector<PlantRun> references;
-  for (const Motion& motion : motions) references.push_back(whole_plant(motion.kind, finest_s, duration_ms));
-
-  report::MarkdownTable table({"step [ms]", "press [µm]", "tap [µm]", "stroke [µm]", "press: force [%]",
-                               "tap: force [%]", "stroke: force [%]", "stroke: ns per simulated ms"});
-  std::array<std::vector<double>, 3> errors_um;
-  std::vector<double> steps_ms;
-  for (const int us : steps_us) {
-    std::array<std::string, 3> tips, forces;
-    for (std::size_t i = 0; i < motions.size(); ++i) {
-      const PlantRun run = whole_plant(motions[i].kind, 1e-6 * us, duration_ms);
-      const double tip_um = 1e3 * std::sqrt(3.0) * rms_difference(run.tip_mm, references[i].tip_mm);
-      const double force = rms_difference(run.force_n, references[i].force_n) / rms(references[i].force_n);
-      errors_um[i].push_back(tip_um);
-      tips[i] = significant(tip_um, 3);
-      forces[i] = significant(100.0 * force, 3);
-      report::Figure figure{
-          "simulation_step_error", {{"motion", motions[i].name}, {"step_ms", 1e-3 * us}}, tip_um, "um"};
-      context.report.add(figure);
-    }
-    steps_ms.push_back(1e-3 * us);
-    const double ns = plant_ns_per_ms(1e-6 * us, context.quick ? 0.002 : 0.1);
-    table.add_row({significant(1e-3 * us, 2), tips[0], tips[1], tips[2], forces[0], forces[1], forces[2],
-                   significant(ns, 3)});
-  }
-  std::vector<std::string> orders{"order"};
-  for (const auto& errors : errors_um) {
-    const auto order = order_of_convergence(steps_ms, errors, 0.0);
-    orders.push_back(order ? fixed(*order, 2) : report::kNoNumber);
-  }
-  orders.resize(8);
-  table.add_row(orders);
-  context.report.add_table("integrator_plant", "The whole simulated plant at other steps", table,
-                           "Simulation itself: three axes of PHANToM 1.5 high force, hand, tremor, friction "
-                           "and a wavy sponge; rms "
-                           "over " +
-                               fixed(1e-3 * duration_ms, 1) + " s against a step of " +
-                               significant(1e3 * finest_s, 2) + " ms. Seed 1. Force: of its rms.");
-  context.report.say(
-      "The whole plant converges with first order, since the hand decides and friction turns at step ends. "
-      "At "
-      "the step of 0.1 ms the tip is right to about 10 µm even in a tap, and forces to half a per cent: what "
-      "encoder and sensor resolve.");
-}
-
 }  // namespace
 
 void run_integrator_precision(StudyContext& context) {
   const PressCase eraser = press_on("the rubber eraser (2.26 N/mm)", material_of("rubber_eraser"));
-  const PressCase wood = press_on("the wood plate (50 N/mm)", wood_of(50.0));
   PressCase smooth = eraser;
   smooth.plant.coulomb_n = 0.0;
   smooth.device_n_per_mm = 0.0;
-
   const Sweep on_eraser = sweep_of(eraser, context.quick);
-  const std::string why =
-      "its error is one thing only, that the hand's plan is held from the end of a step and so runs 0.05 ms "
-      "early: a shift of the hand's own clock, which no figure depends on, and below the 7 µm of the finest "
-      "encoder. What depends on the equations, structure and contact, is as accurate as with the plan at the "
-      "middle of the step. Semi-implicit Euler is cheaper still, but does not hold on stiffer objects.";
-  add_stage(context, "integrator", eraser, on_eraser, why);
-  plot_steps(context, "integrator_steps", eraser, on_eraser);
-  add_stage(context, "integrator_wood", wood, sweep_of(wood, context.quick), why);
+  add_stage(context, eraser, on_eraser);
   study_orders(context, smooth, eraser, on_eraser);
-  study_stiffness(context);
   context.report.say(
       "On the axis alone the methods show their textbook orders. A press has events, contact and dry "
-      "friction "
-      "changing sign, which leave every method with about first order; what counts is the constant, and that "
-      "a step cannot blow up. Explicit methods need ever shorter steps as the object stiffens; only the "
-      "implicit contact holds at every stiffness, and midpoint, which does not damp what it cannot resolve, "
-      "chatters at long steps on metal.");
-  study_whole_plant(context);
+      "friction changing sign, which leave every method with about first order; what counts is the constant, "
+      "and that a step cannot blow up. Explicit methods need ever shorter steps as the object stiffens; the "
+      "implicit contact holds at every stiffness.");
 }
 
 }  // namespace hapticd::study

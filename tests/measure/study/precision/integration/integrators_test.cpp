@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "tests/measure/study/precision/integration/order_of_convergence.h"
 #include "tests/measure/study/precision/integration/press_integrators.h"
@@ -50,25 +49,20 @@ TEST(PressIntegrators, HaveTheirOrderOnAnOscillator) {
     return std::log2(oscillator_error(method, 1e-3) / oscillator_error(method, 5e-4));
   };
   EXPECT_NEAR(order(kExplicitEuler), 1.0, 0.2);
-  EXPECT_NEAR(order(kSemiImplicitEuler), 1.0, 0.2);
-  EXPECT_NEAR(order(kImplicitMidpoint), 2.0, 0.1);
   EXPECT_NEAR(order(kRungeKutta4), 4.0, 0.2);
   EXPECT_LT(oscillator_error(kShipped, 1e-3), 1e-10);
 }
 
-TEST(PressIntegrators, ExplicitEulerGainsEnergyAndMidpointKeepsIt) {
-  // Per step Euler's amplitude grows by sqrt(1 + ω²h²); the midpoint rule conserves the quadratic invariant.
+TEST(PressIntegrators, ExplicitEulerGainsEnergy) {
+  // Per step its amplitude grows by sqrt(1 + ω²h²).
   constexpr double kH = 1e-3;
   constexpr int kSteps = 200;
   PressState start;
   start.tip_mm = 1.0;
-  const auto amplitude = [&](IntegrationMethod method) {
-    const auto run = make_integrator(method, oscillator(), start, kH);
-    for (int i = 0; i < kSteps; ++i) run->step(i * kH, 0.0);
-    return std::hypot(run->tip_mm(), run->tip_mm_per_s() / std::sqrt(1000.0));
-  };
-  EXPECT_NEAR(amplitude(kExplicitEuler), std::pow(1.0 + 1000.0 * kH * kH, 0.5 * kSteps), 1e-9);
-  EXPECT_NEAR(amplitude(kImplicitMidpoint), 1.0, 1e-12);
+  const auto run = make_integrator(kExplicitEuler, oscillator(), start, kH);
+  for (int i = 0; i < kSteps; ++i) run->step(i * kH, 0.0);
+  EXPECT_NEAR(std::hypot(run->tip_mm(), run->tip_mm_per_s() / std::sqrt(1000.0)),
+              std::pow(1.0 + 1000.0 * kH * kH, 0.5 * kSteps), 1e-9);
 }
 
 /// A hand leans on a linear spring with a relaxation branch and viscosity, dry friction in the device.
@@ -116,7 +110,7 @@ TEST(PressIntegrators, RestWhereTheForcesBalance) {
   plant.material.stiffness_at_4n_n_per_mm = 2.0;
   PressState start;
   start.motor_mm = start.tip_mm = -5.0;
-  for (const IntegrationMethod method : {kShipped, kImplicitMidpoint, kRungeKutta4}) {
+  for (const IntegrationMethod method : {kShipped, kRungeKutta4}) {
     const auto run = make_integrator(method, plant, start, 1e-4);
     for (int i = 0; i < 20'000; ++i) run->step(i * 1e-4, 0.0);
     EXPECT_NEAR(run->tip_mm(), 0.5 * 8.0 / 2.5, 1e-6) << name_of(method);

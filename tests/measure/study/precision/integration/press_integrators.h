@@ -12,12 +12,9 @@ namespace hapticd::study {
 enum class IntegrationMethod : unsigned char {
   kShipped,  ///< as Simulation does: AxisDynamics (exact), Coulomb clamped, Material implicit, the hand's
              ///< pull at the end of the step
-  kShippedAtMiddle,    ///< the same, with the hand's pull taken at the middle of the step
-  kExplicitContact,    ///< the same, but with the contact force of the step's beginning
-  kExplicitEuler,      ///< s⁺ = s + h ṡ
-  kSemiImplicitEuler,  ///< velocities first, then positions with the new velocities (symplectic Euler)
-  kImplicitMidpoint,  ///< s⁺ = s + h ṡ((s + s⁺)/2), contact solved with it; Coulomb stops at the step's end
-  kRungeKutta4,       ///< the classical one
+  kShippedAtMiddle,  ///< the same, with the hand's pull taken at the middle of the step
+  kExplicitEuler,    ///< s⁺ = s + h ṡ
+  kRungeKutta4,      ///< the classical one
 };
 
 std::string name_of(IntegrationMethod method);

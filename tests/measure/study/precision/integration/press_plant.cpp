@@ -62,18 +62,6 @@ PressState PressEquations::rate(const PressState& s, double time_s, double wante
   return rate;
 }
 
-std::array<double, 3> PressEquations::branches_at_middle(const PressState& s, double depth_mm,
-                                                         double half_s) const noexcept {
-  const double elastic = elastic_n(std::max(0.0, depth_mm));
-  std::array<double, 3> middle{};
-  for (std::size_t i = 0; i < middle.size(); ++i) {
-    const sim::RelaxationBranch& branch = plant_.material.branches[i];
-    const double part = half_s / branch.time_s;
-    middle[i] = (s.branch_n[i] - part * branch.share * elastic) / (1.0 + part);
-  }
-  return middle;
-}
-
 void PressEquations::follow_surface(const PressState& s, double step_s, bool& attached,
                                     double& surface_mm) const noexcept {
   if (!plant_.has_object) return;

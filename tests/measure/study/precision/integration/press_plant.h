@@ -51,20 +51,13 @@ class PressEquations {
  public:
   explicit PressEquations(const PressPlant& plant);
 
-  const PressPlant& plant() const noexcept { return plant_; }
-
   /// Force of the object on the tip; `attached`: matter is at the tip, wherever it may be.
   double contact_n(const PressState& s, bool attached) const noexcept;
   /// Time derivative. `surface_mm`: where matter is, if it is not attached to the tip.
   PressState rate(const PressState& s, double time_s, double wanted_n, bool attached,
                   double surface_mm) const noexcept;
-  /// p_i after a time in which the surface stays at a depth, by the implicit midpoint rule where `half_s` is
-  /// half the step: what is reached after that half.
-  std::array<double, 3> branches_at_middle(const PressState& s, double depth_mm,
-                                           double half_s) const noexcept;
   double elastic_n(double depth_mm) const noexcept { return material_.elastic_force_n(depth_mm); }
   double viscosity(double depth_mm) const noexcept;
-  double branch_share() const noexcept { return branch_share_; }  ///< Σg
 
   /// The surface after a step: at the tip, or on its way back, by backward Euler as in Material. Decides
   /// whether it is attached.

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -11,15 +10,15 @@
 #include "rt/loop/engine.h"
 #include "rt/scene/compose.h"
 #include "server/telemetry/telemetry_hub.h"
+#include "tests/measure/report/run_time.h"
+#include "tests/measure/report/work_precision.h"
 #include "tests/measure/study/common/hands.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/press.h"
 #include "tests/measure/study/common/rig_study.h"
 #include "tests/measure/study/common/virtual_run.h"
 #include "tests/measure/study/precision/motion/decimation.h"
-#include "tests/measure/study/precision/precision_study.h"
-#include "tests/measure/report/run_time.h"
-#include "tests/measure/report/work_precision.h"
 
 namespace hapticd::study {
 
@@ -33,36 +32,12 @@ constexpr double kShippedHz = 1000.0;
 
 // --- rate of the loop ---
 
-/// Kp that gives the controller the same time constant at another rate: what is left after a millisecond,
-/// 1 - Kp, is left after as many ticks as a millisecond has.
-double gain_kept_in_time(double gain_at_1_khz, double rate_hz) {
-  return 1.0 - std::pow(1.0 - gain_at_1_khz, kShippedHz / rate_hz);
-}
-
-/// What is converted when the loop runs at another rate than 1 kHz, beyond what the scene does by itself.
-enum class Kept : unsigned char {
-  kAsShipped,    ///< Kp per tick, Kd in ms, thresholds in N
-  kGainInTime,   ///< Kp such that the controller's time constant stays
-  kFalseAlarms,  ///< the threshold such that it stays as far above the noise of a tick's mean
-};
-
-/// Noise of a tick's mean force grows as its samples become fewer.
-double threshold_at(double rate_hz, Kept kept) {
-  const double shipped_n = rt::ContactParameters{}.threshold_n;
-  return kept == Kept::kFalseAlarms ? shipped_n * std::sqrt(std::max(1.0, rate_hz / kShippedHz)) : shipped_n;
-}
-
-PressTask press_at(double rate_hz, Kept kept, const std::string& object, double target, double force_n,
+PressTask press_at(double rate_hz, const std::string& object, double target, double force_n,
                    double force_rate_n_per_s) {
   PressTask task = tap_press(kDevice, object, target, true, force_n);
   task.rig.rate_hz = rate_hz;
   task.hand.force_rate_n_per_s = force_rate_n_per_s;
-  task.scene.contact.threshold_n = threshold_at(rate_hz, kept);
   task.scene.controller = rt::default_gains(kDevice);
-  if (kept == Kept::kGainInTime) {
-    task.scene.controller.proportional_gain =
-        gain_kept_in_time(task.scene.controller.proportional_gain, rate_hz);
-  }
   return task;
 }
 
@@ -126,7 +101,7 @@ struct Rendered {
   std::string failed{};
 };
 
-Rendered rendered_at(double rate_hz, Kept kept, bool quick) {
+Rendered rendered_at(double rate_hz, bool quick) {
   struct Case {
     const char* object;
     double target;
@@ -135,7 +110,7 @@ Rendered rendered_at(double rate_hz, Kept kept, bool quick) {
   if (quick) cases.resize(1);
   Rendered mean;
   for (const Case& c : cases) {
-    const PressTask task = press_at(rate_hz, kept, c.object, c.target, 1.0, 8.0);
+    const PressTask task = press_at(rate_hz, c.object, c.target, 1.0, 8.0);
     const PressOutcome outcome = press_direct(task);
     if (!outcome.failed.empty()) {
       mean.failed = std::string(c.object) + " at " + fixed(c.target, 1) + " N/mm: " + outcome.failed;
@@ -157,68 +132,9 @@ Rendered rendered_at(double rate_hz, Kept kept, bool quick) {
   return mean;
 }
 
-VirtualRun tap_1d_on(const std::string& object, double rate_hz, Kept kept) {
-  sim::SimulationConfig rig;
-  rig.object = object;
-  rig.rate_hz = rate_hz;
-  rt::SceneSpec scene;
-  scene.name = "tap_1d";
-  scene.contact.threshold_n = threshold_at(rate_hz, kept);
-  return VirtualRun(rig, scene);
-}
-
-/// Mean time from the true contact to the tick that declares it, over taps out of free flight; the instant
-/// between two ticks is found from depth and speed at the first one inside.
-double contact_delay_ms(double rate_hz, Kept kept, int taps) {
-  VirtualRun run = tap_1d_on("foam_ball", rate_hz, kept);
-  run.set_hand(tapping(200.0));
-  constexpr double kFlightS = 0.1;
-  double before_mm = run.truth().tip_position_mm.z;
-  double last_inside_s = 0.0;
-  double touched_s = -1.0;
-  bool was_declared = false;
-  std::vector<double> delays_ms;
-  while (static_cast<int>(delays_ms.size()) < taps && run.time_s() < 3.0 * taps + 10.0) {
-    run.step();
-    const hal::TruthSample& truth = run.truth();
-    const double speed = (before_mm - truth.tip_position_mm.z) * rate_hz;
-    before_mm = truth.tip_position_mm.z;
-    const bool declared = run.record().in_contact;
-    const bool from_flight = run.time_s() - last_inside_s > kFlightS;
-    if (truth.in_contact && touched_s < 0.0 && from_flight && !was_declared) {
-      touched_s = run.time_s() - truth.displacement_mm / std::max(1.0, speed);
-    }
-    if (declared && !was_declared && touched_s >= 0.0) {
-      delays_ms.push_back(1e3 * (run.time_s() - touched_s));
-    }
-    if (declared) touched_s = -1.0;
-    was_declared = declared;
-    if (truth.in_contact) last_inside_s = run.time_s();
-  }
-  double sum = 0.0;
-  for (const double d : delays_ms) sum += d;
-  return delays_ms.empty() ? std::numeric_limits<double>::quiet_NaN()
-                           : sum / static_cast<double>(delays_ms.size());
-}
-
-/// Share of the time for which a contact is declared while the device shakes itself in free air. A count
-/// would hide alarms that never end.
-double false_contact_share(double rate_hz, Kept kept, double duration_s) {
-  VirtualRun run = tap_1d_on("none", rate_hz, kept);
-  run.set_hand(shaken());
-  std::uint64_t ticks = 0;
-  std::uint64_t declared = 0;
-  while (run.time_s() < duration_s) {
-    run.step();
-    ++ticks;
-    if (run.record().in_contact) ++declared;
-  }
-  return static_cast<double>(declared) / static_cast<double>(ticks);
-}
-
 /// The renderer's computation alone, on the samples of a press.
 double computation_ns_per_s(double rate_hz, bool quick) {
-  const PressTask task = press_at(rate_hz, Kept::kAsShipped, "rubber_ball", 0.7, 1.0, 8.0);
+  const PressTask task = press_at(rate_hz, "rubber_ball", 0.7, 1.0, 8.0);
   std::vector<hal::RigSample> samples;
   VirtualRun run(task.rig, task.scene);
   run.set_hand(task.hand);
@@ -266,59 +182,35 @@ void study_loop_rate(StudyContext& context) {
       "ms, thresholds in N; physics, sensor (10 kHz) and the device's latency (1 ms) do not change. At 4 kHz "
       "a "
       "tick has two or three physics steps by turns.";
-  report::MarkdownTable table({"rate", "kept", "device force error %", "surface too deep [µm]",
-                               "pressing error %", "held error %", "contact delay [ms]",
-                               "in contact in free air %"});
+  report::MarkdownTable table(
+      {"rate", "device force error %", "surface too deep [µm]", "pressing error %", "held error %"});
   for (const double rate_hz : rates_hz) {
-    for (const auto& [kept, name] :
-         {std::pair{Kept::kAsShipped, "as shipped"}, std::pair{Kept::kGainInTime, "Kp in time"},
-          std::pair{Kept::kFalseAlarms, "threshold over noise"}}) {
-      if (kept != Kept::kAsShipped && rate_hz == kShippedHz) continue;
-      const Rendered rendered = rendered_at(rate_hz, kept, context.quick);
-      if (kept == Kept::kAsShipped) {
-        report::Method method{rate_name(rate_hz)};
-        method.is_default = rate_hz == kShippedHz;
-        method.failed = rendered.failed;
-        method.error = rendered.device_force;
-        method.run_time_ns = computation_ns_per_s(rate_hz, context.quick);
-        stage.methods.push_back(method);
-      }
-      const double delay_ms = contact_delay_ms(rate_hz, kept, context.quick ? 1 : 20);
-      const double alarms = false_contact_share(rate_hz, kept, context.quick ? 1.0 : 30.0);
-      const report::Case conditions{{"rate_hz", rate_hz}, {"kept", name}};
-      report::Figure delay{"loop_rate_contact_delay_ms", conditions};
-      delay.unit = "ms";
-      if (std::isfinite(delay_ms)) {
-        delay.value = delay_ms;
-      } else {
-        delay.failed = "no tap was detected out of free flight";
-      }
-      context.report.add(delay);
-      context.report.add({"loop_rate_false_contact_share", conditions, alarms});
-      const auto percent = [&](double share) {
-        return rendered.failed.empty() ? fixed(100.0 * share, 2) : rendered.failed;
-      };
-      table.add_row({rate_name(rate_hz), name, percent(rendered.device_force),
-                     fixed(1e3 * rendered.surface_too_deep_mm, 0), percent(rendered.pressing),
-                     percent(rendered.held), fixed(delay_ms, 2), fixed(100.0 * alarms, 1)});
-    }
+    const Rendered rendered = rendered_at(rate_hz, context.quick);
+    report::Method method{rate_name(rate_hz)};
+    method.is_default = rate_hz == kShippedHz;
+    method.failed = rendered.failed;
+    method.error = rendered.device_force;
+    method.run_time_ns = computation_ns_per_s(rate_hz, context.quick);
+    stage.methods.push_back(method);
+    const auto percent = [&](double share) {
+      return rendered.failed.empty() ? fixed(100.0 * share, 2) : rendered.failed;
+    };
+    table.add_row({rate_name(rate_hz), percent(rendered.device_force),
+                   fixed(1e3 * rendered.surface_too_deep_mm, 0), percent(rendered.pressing),
+                   percent(rendered.held)});
   }
   add_stage(context.report, stage);
   context.report.add_table(
       "loop_rate", "What a faster loop brings", table,
       "Surface: truth less estimate of the displacement when the contact is declared. Pressing error: mean "
-      "|hand force/(k~ x) - 1| beyond a tenth of the final depth; held: after two "
-      "seconds; "
-      "both with the device's friction and inertia in them. Delay: foam ball tapped at 200 mm/s. Free air: "
-      "shaken at 5 Hz and 1 N; the mean over a tick has fewer sensor samples the faster the loop is.\nKp in "
-      "time: 1 - (1 - Kp)^(1 kHz/rate). Threshold over noise: 15 mN times the root of rate/1 kHz.");
+      "|hand force/(k~ x) - 1| beyond a tenth of the final depth; held: after two seconds; both with the "
+      "device's friction and inertia in them.");
   context.report.say(
-      "A faster loop declares a contact earlier and renders a little better, though the device's latency and "
-      "amplifier do not get faster; Kp per tick or in time is all the same. What contact detection, velocity "
-      "and direction count are times: they last as long, and see as little noise, at any rate. A threshold "
-      "raised with the noise of a tick only makes the surface too deep. At 4 kHz ticks of two and three "
-      "physics steps by turns, beating with the encoder's steps, look like jerk, and with it the force "
-      "that counts as none grows: the simulator's doing, and what a loop with such jitter would get.");
+      "A faster loop renders a little better, though the device's latency and amplifier do not get faster. "
+      "What contact detection, velocity and direction count are times: they last as long, and see as little "
+      "noise, at any rate. At 4 kHz ticks of two and three physics steps by turns, beating with the "
+      "encoder's steps, look like jerk, and with it the force that counts as none grows: the simulator's "
+      "doing, and what a loop with such jitter would get.");
 }
 
 // --- rate of the telemetry ---

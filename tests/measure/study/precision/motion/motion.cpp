@@ -8,13 +8,13 @@
 #include "rt/signal/adaptive_window_velocity.h"
 #include "rt/signal/butterworth_low_pass.h"
 #include "rt/signal/motion_estimator.h"
+#include "tests/measure/report/run_time.h"
+#include "tests/measure/report/work_precision.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/precision/motion/motion_judge.h"
 #include "tests/measure/study/precision/motion/motion_traces.h"
 #include "tests/measure/study/precision/motion/plain_velocity.h"
 #include "tests/measure/study/precision/motion/steady_state_kalman.h"
-#include "tests/measure/study/precision/precision_study.h"
-#include "tests/measure/report/run_time.h"
-#include "tests/measure/report/work_precision.h"
 
 namespace hapticd::study {
 
@@ -131,9 +131,6 @@ void add_velocities(MotionBench& bench, double step_mm) {
       "adaptive window, end fit", [=] { return rt::AdaptiveWindowVelocity(step_mm, kRateHz, Fit::kEnd); },
       kUpdate, true);
   bench.add(
-      "adaptive window, end fit, half a step",
-      [=] { return rt::AdaptiveWindowVelocity(0.5 * step_mm, kRateHz, Fit::kEnd); }, kUpdate);
-  bench.add(
       "adaptive window, best fit", [=] { return rt::AdaptiveWindowVelocity(step_mm, kRateHz, Fit::kBest); },
       kUpdate);
   bench.add(
@@ -142,11 +139,6 @@ void add_velocities(MotionBench& bench, double step_mm) {
     bench.add(
         "difference, Butterworth " + fixed(cutoff_hz, 0) + " Hz",
         [=] { return FilteredDifference(cutoff_hz, kRateHz); }, kUpdate);
-  }
-  for (const std::size_t periods : {std::size_t{5}, std::size_t{10}}) {
-    bench.add(
-        "least squares over " + std::to_string(periods) + " ms",
-        [=] { return FixedWindowVelocity(periods, kRateHz); }, kUpdate);
   }
   const auto velocity = [](auto& filter, double y) {
     filter.update(y);
@@ -163,8 +155,6 @@ void add_velocities(MotionBench& bench, double step_mm) {
         "Kalman α-β-γ, " + significant(m_per_s2, 1) + " m/s² a tick",
         [=] { return SteadyStateKalman<3>(noise_mm, 1e3 * m_per_s2, kRateHz); }, velocity);
   }
-  bench.add(
-      "Levant, 30 m/s²", [] { return LevantDifferentiator(3e4, kRateHz); }, kUpdate);
 }
 
 void add_accelerations(MotionBench& bench, double step_mm) {
@@ -238,36 +228,6 @@ void show_motions(StudyContext& context, const std::string& stage, const std::st
       "Error: rms of (estimate - truth) over rms of truth, in per cent. Lag: the shift "
       "of the truth, in steps of 0.1 ms, at which the estimate fits it best. At rest: rms "
       "of (estimate - truth) while a hand holds still.");
-}
-
-/// What filters trade: noise for lag.
-void plot_lag(StudyContext& context, const std::vector<MethodResult>& results) {
-  report::SvgPlot plot;
-  plot.title = "Velocity: lag against what is left without it, encoder of 0.03 mm";
-  plot.x = {"lag, mean over the motions", "ms"};
-  plot.x.minimum = 0.0;
-  plot.y = {"error with the lag subtracted, rms over the motions", "%", true};
-  int colour = 0;
-  for (const MethodResult& result : results) {
-    double lag_ms = 0.0;
-    double squares = 0.0;
-    const auto motions = static_cast<double>(result.of_motion.size() - 1);
-    for (std::size_t i = 0; i + 1 < result.of_motion.size(); ++i) {
-      lag_ms += result.of_motion[i].lag_ms / motions;
-      squares += result.of_motion[i].rest * result.of_motion[i].rest / motions;
-    }
-    report::PlotSeries point{result.name + (result.is_default ? " (default)" : "")};
-    point.x = {lag_ms};
-    point.y = {100.0 * std::sqrt(squares)};
-    point.style = report::PlotSeries::Style::kPoints;
-    point.point_size = result.is_default ? 1.6 : 0.9;
-    point.colour = colour % 7;
-    point.point_type =
-        result.is_default ? 7 : std::vector<int>{5, 9, 11}[static_cast<std::size_t>(colour / 7) % 3];
-    ++colour;
-    plot.series.push_back(point);
-  }
-  context.report.add_plot("velocity_lag", plot);
 }
 
 report::WorkPrecision work_precision(const std::string& stage, const std::vector<MethodResult>& results) {
@@ -395,7 +355,6 @@ void run_motion_precision(StudyContext& context) {
     report::add_work_precision(context.report, velocity);
     show_motions(context, velocity.stage, "mm/s", traces, velocities.results());
     show_vigour(context, velocity.stage, velocities.results(), others);
-    if (step_mm == 0.03) plot_lag(context, velocities.results());
 
     MotionBench accelerations(traces, &MotionTrace::acceleration_mm_per_s2, step_mm, timing_s);
     add_accelerations(accelerations, step_mm);

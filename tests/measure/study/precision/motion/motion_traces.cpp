@@ -1,7 +1,6 @@
 #include "tests/measure/study/precision/motion/motion_traces.h"
 
 #include <cmath>
-#include <memory>
 
 #include "hal/sim/simulated_rig.h"
 #include "tests/measure/study/common/hands.h"

@@ -1,7 +1,6 @@
 // Fits smooth energies to what the soft body answered and prints them as phantom_energy.cpp holds them.
 
 #include <Eigen/Dense>
-#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <map>
