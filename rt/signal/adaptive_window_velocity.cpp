@@ -2,25 +2,93 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
+#include "rt/signal/number_pair.h"
 #include "rt/signal/ticks.h"
 
 namespace hapticd::rt {
 
 namespace {
 
-/// Calls `fit` for each axis: with what picks it from a vector of positions, and with its velocity.
-template <class Fit>
-void each_axis(double& velocity, Fit&& fit) noexcept {
-  fit([](double v) { return v; }, velocity);
+double& axis_of(double& value, std::size_t) noexcept {
+  return value;
 }
-template <class Fit>
-void each_axis(hal::Vector3& velocity, Fit&& fit) noexcept {
-  fit([](const hal::Vector3& v) { return v.x; }, velocity.x);
-  fit([](const hal::Vector3& v) { return v.y; }, velocity.y);
-  fit([](const hal::Vector3& v) { return v.z; }, velocity.z);
+double& axis_of(hal::Vector3& value, std::size_t axis) noexcept {
+  return axis == 0 ? value.x : axis == 1 ? value.y : value.z;
 }
+double axis_of(const double& value, std::size_t) noexcept {
+  return value;
+}
+double axis_of(const hal::Vector3& value, std::size_t axis) noexcept {
+  return axis == 0 ? value.x : axis == 1 ? value.y : value.z;
+}
+
+/// Times of a window's points, the same for all axes. What is made of them is made once it is asked for.
+class Spans {
+ public:
+  static constexpr std::size_t kLast = AdaptiveWindowVelocity::kMaxWindow;
+
+  /// `periods`: of the newest point, and then of those before it.
+  explicit Spans(const double* periods) noexcept : periods_(periods) {}
+
+  /// 1/(t_k - t_j) of the points j before the newest k.
+  const double* inverses() noexcept {
+    if (!has_inverses_) {
+      has_inverses_ = true;
+      for (std::size_t n = 1; n < kLast; n += 2) set_inverses(n);
+      set_inverses(kLast - 1);
+    }
+    return inverses_.data();
+  }
+
+  /// True if it is certain that fit_end() would accept all points of a longest window.
+  ///
+  /// Let the points lie r_j aside of some line through the newest one. The line from the newest to point n
+  /// passes a nearer point j at a distance |r_j - ρ r_n|, 0 < ρ < 1. So none is farther off than the r of all
+  /// points spread, the newest's 0 among them. The line taken here goes along the ends; rounding has room.
+  bool are_even(const double* mm, double bound_mm) noexcept {
+    constexpr double kRounding = 1e-6;
+    if (!has_steps_) set_steps();
+    const double slope = ((mm[0] + mm[1] + mm[2]) - (mm[kLast - 2] + mm[kLast - 1] + mm[kLast])) * per_ends_;
+    const NumberPair newest_mm{mm[0], mm[0]};
+    const NumberPair slopes{slope, slope};
+    NumberPair most = newest_mm;
+    NumberPair least = newest_mm;
+    const auto look = [&](std::size_t n) {
+      const NumberPair aside = NumberPair{mm[n], mm[n + 1]} - slopes * steps_[n / 2];
+      most = larger(aside, most);
+      least = smaller(aside, least);
+    };
+    for (std::size_t n = 1; n < kLast; n += 2) look(n);
+    look(kLast - 1);
+    return std::max(most[0], most[1]) - std::min(least[0], least[1]) <= bound_mm * (1.0 - kRounding);
+  }
+
+ private:
+  static_assert(kLast % 2 == 1);
+
+  NumberPair times(std::size_t n) const noexcept { return NumberPair{periods_[n], periods_[n + 1]}; }
+  void set_inverses(std::size_t n) noexcept {
+    const NumberPair inverses = 1.0 / (periods_[0] - times(n));
+    inverses_[n] = inverses[0];
+    inverses_[n + 1] = inverses[1];
+  }
+  void set_steps() noexcept {
+    has_steps_ = true;
+    const NumberPair newest{periods_[0], periods_[0]};
+    for (std::size_t n = 1; n < kLast; n += 2) steps_[n / 2] = times(n) - newest;
+    steps_[kLast / 2] = times(kLast - 1) - newest;
+    per_ends_ = 1.0 / ((periods_[0] + periods_[1] + periods_[2]) -
+                       (periods_[kLast - 2] + periods_[kLast - 1] + periods_[kLast]));
+  }
+
+  const double* periods_;
+  bool has_inverses_ = false;
+  bool has_steps_ = false;
+  double per_ends_ = 0.0;
+  std::array<double, kLast + 1> inverses_;
+  std::array<NumberPair, kLast / 2 + 1> steps_;  // t_j - t_k, of two points each
+};
 
 }  // namespace
 
@@ -30,26 +98,39 @@ BasicAdaptiveWindowVelocity<Value>::BasicAdaptiveWindowVelocity(double noise_bou
     : noise_bound_mm_(noise_bound_mm),
       rate_hz_(rate_hz),
       spacing_(std::min(static_cast<int>(ticks_of(kSpacingS, rate_hz)), kWidestSpacing)),
-      held_(kMaxWindow * spacing_ + 1),
-      fit_(fit),
-      newest_(held_) {}
+      fit_(fit) {}
 
 template <class Value>
 void BasicAdaptiveWindowVelocity<Value>::reset() noexcept {
   filled_ = 0;
   points_ = 0;
   window_ = 0;
+  was_even_ = {};
   velocity_mm_per_s_ = Value{};
 }
 
 template <class Value>
-const Value& BasicAdaptiveWindowVelocity<Value>::update(const Value& position_mm, double periods) noexcept {
-  const Reading now{position_mm, filled_ == 0 ? 0.0 : reading(0).periods + periods};
-  newest_ = newest_ + 1 < 2 * held_ ? newest_ + 1 : held_;
-  readings_[static_cast<std::size_t>(newest_)] = now;
-  readings_[static_cast<std::size_t>(newest_ - held_)] = now;
-  if (filled_ < held_) [[unlikely]]
+inline void BasicAdaptiveWindowVelocity<Value>::take(const Value& position_mm, double periods) noexcept {
+  periods_ = filled_ == 0 ? 0.0 : periods_ + periods;
+  if (++phase_ >= static_cast<std::size_t>(spacing_)) {
+    phase_ = 0;
+    newest_ = newest_ > 0 ? newest_ - 1 : kPoints - 1;
+  }
+  Readings& readings = readings_[phase_];
+  readings.periods[newest_] = readings.periods[newest_ + kPoints] = periods_;
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    Ring& ring = readings.positions_mm[axis];
+    ring[newest_] = ring[newest_ + kPoints] = axis_of(position_mm, axis);
+  }
+  if (filled_ <= kMaxWindow * spacing_) [[unlikely]] {
+    if (filled_ == 0) first_mm_ = position_mm;
     points_ = filled_++ / spacing_;
+  }
+}
+
+template <class Value>
+const Value& BasicAdaptiveWindowVelocity<Value>::update(const Value& position_mm, double periods) noexcept {
+  take(position_mm, periods);
   if (points_ == 0) [[unlikely]] {
     fit_first();
   } else {
@@ -64,64 +145,65 @@ template <class Value>
 void BasicAdaptiveWindowVelocity<Value>::fit_first() noexcept {
   window_ = filled_ - 1;
   if (window_ == 0) return;
-  const Reading& newest = reading(0);
-  const Reading& first = readings_[static_cast<std::size_t>(newest_ - window_)];
-  each_axis(velocity_mm_per_s_, [&](auto of, double& velocity_mm_per_s) {
-    velocity_mm_per_s =
-        (of(newest.position_mm) - of(first.position_mm)) / (newest.periods - first.periods) * rate_hz_;
-  });
+  const Readings& readings = readings_[phase_];
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    const double newest_mm = readings.positions_mm[axis][newest_];
+    axis_of(velocity_mm_per_s_, axis) =
+        (newest_mm - axis_of(first_mm_, axis)) / readings.periods[newest_] * rate_hz_;
+  }
 }
 
 // A line of slope b through the newest position y_k at t_k passes within the bound d of an earlier one, y_j
 // at t_j, iff b lies in [(y_k - y_j - d)/(t_k - t_j), (y_k - y_j + d)/(t_k - t_j)]; the window grows while
-// its end slope lies in all of them.
+// its end slope lies in all of them. A motion that was even mostly is so still, and that is seen in less.
 template <class Value>
 void BasicAdaptiveWindowVelocity<Value>::fit_end() noexcept {
-  constexpr bool kSharesTimes = std::is_same_v<Value, hal::Vector3>;
-  const Reading* const newest = &reading(0);
-  const auto per_period = [newest](const Reading* earlier) {
-    return 1.0 / (newest->periods - earlier->periods);
-  };
-  std::array<double, kMaxWindow> shared;  // 1/(t_k - t_j), for all axes
-  if constexpr (kSharesTimes) {
-    for (int n = 0; n < points_; ++n)
-      shared[static_cast<std::size_t>(n)] = per_period(newest - (n + 1) * spacing_);
-  }
+  const Readings& readings = readings_[phase_];
+  const double* const periods = &readings.periods[newest_];
+  Spans spans(periods);
   window_ = points_;
-  each_axis(velocity_mm_per_s_, [&](auto of, double& velocity_mm_per_s) {
-    const double newest_mm = of(newest->position_mm);
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    const double* const mm = &readings.positions_mm[axis][newest_];
+    if (was_even_[axis] && spans.are_even(mm, noise_bound_mm_)) {
+      const double per_longest = 1.0 / (periods[0] - periods[kMaxWindow]);
+      axis_of(velocity_mm_per_s_, axis) = (mm[0] - mm[kMaxWindow]) * per_longest * rate_hz_;
+      continue;
+    }
+    const double* span = kAxes > 1 ? spans.inverses() : periods;
+    const double* earlier_mm = mm;
     double low = -HUGE_VAL;
     double high = HUGE_VAL;
     double slope = 0.0;
-    const Reading* earlier = newest - spacing_;
-    int n = 0;
-    for (; n < points_; ++n, earlier -= spacing_) {
-      const double inverse = kSharesTimes ? shared[static_cast<std::size_t>(n)] : per_period(earlier);
-      const double candidate = (newest_mm - of(earlier->position_mm)) * inverse;
+    for (const double* const end_mm = mm + points_; earlier_mm != end_mm; ++earlier_mm) {
+      const double per_period = kAxes > 1 ? *++span : 1.0 / (periods[0] - *++span);
+      const double candidate = (mm[0] - earlier_mm[1]) * per_period;
       if (candidate < low || candidate > high) break;
       slope = candidate;
-      const double slack = noise_bound_mm_ * inverse;
+      const double slack = noise_bound_mm_ * per_period;
       low = std::max(candidate - slack, low);
       high = std::min(candidate + slack, high);
     }
+    const auto n = static_cast<int>(earlier_mm - mm);
     window_ = std::min(window_, n);
-    velocity_mm_per_s = slope * rate_hz_;
-  });
+    was_even_[axis] = n == kMaxWindow;
+    axis_of(velocity_mm_per_s_, axis) = slope * rate_hz_;
+  }
 }
 
 template <class Value>
 void BasicAdaptiveWindowVelocity<Value>::fit_best() noexcept {
-  const Reading& newest = reading(0);
+  const Readings& readings = readings_[phase_];
+  const double* const periods = &readings.periods[newest_];
   window_ = points_;
-  each_axis(velocity_mm_per_s_, [&](auto of, double& velocity_mm_per_s) {
-    const double newest_mm = of(newest.position_mm);
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    const double* const mm = &readings.positions_mm[axis][newest_];
     double accepted = 0.0;
     int window = 1;
     // Sums over the window of t, y, t² and t y, all less those of the newest.
     double sum_t = 0.0, sum_y = 0.0, sum_tt = 0.0, sum_ty = 0.0;
     for (int n = 1; n <= points_; ++n) {
-      const double t = reading(n).periods - newest.periods;
-      const double y = of(reading(n).position_mm) - newest_mm;
+      const double t = periods[n] - periods[0];
+      const double y = mm[n] - mm[0];
       sum_t += t;
       sum_y += y;
       sum_tt += t * t;
@@ -134,17 +216,16 @@ void BasicAdaptiveWindowVelocity<Value>::fit_best() noexcept {
       const double slope = (count * sum_ty - sum_t * sum_y) / (count * sum_tt - sum_t * sum_t);
       bool within = true;
       for (int j = 1; j <= n && within; ++j) {
-        const Reading& earlier = reading(j);
-        const double on_line_mm = newest_mm + slope * (earlier.periods - newest.periods);
-        within = std::abs(of(earlier.position_mm) - on_line_mm) <= noise_bound_mm_;
+        const double on_line_mm = mm[0] + slope * (periods[j] - periods[0]);
+        within = std::abs(mm[j] - on_line_mm) <= noise_bound_mm_;
       }
       if (!within) break;
       accepted = slope;
       window = n;
     }
     window_ = std::min(window_, window);
-    velocity_mm_per_s = accepted * rate_hz_;
-  });
+    axis_of(velocity_mm_per_s_, axis) = accepted * rate_hz_;
+  }
 }
 
 template class BasicAdaptiveWindowVelocity<double>;

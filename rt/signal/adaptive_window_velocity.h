@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "hal/samples.h"
 
@@ -40,33 +42,36 @@ class BasicAdaptiveWindowVelocity {
   int window() const noexcept { return window_; }
 
  private:
-  struct Reading {
-    Value position_mm{};
-    double periods = 0.0;  ///< when, since the start
+  static constexpr std::size_t kAxes = std::is_same_v<Value, double> ? 1 : 3;
+  static constexpr std::size_t kPoints = kMaxWindow + 1;
+  static constexpr int kWidestSpacing = 10;  ///< ticks: kSpacingS at 10 kHz
+
+  /// A ring, written twice, so that the points of a window lie in one piece, the newest first.
+  using Ring = std::array<double, 2 * kPoints>;
+  /// Readings that are a whole number of spacings apart.
+  struct Readings {
+    Ring periods{};                          ///< when, since the start
+    std::array<Ring, kAxes> positions_mm{};  ///< of each axis
   };
 
-  /// `points` before the newest.
-  const Reading& reading(int points) const noexcept {
-    return readings_[static_cast<std::size_t>(newest_ - points * spacing_)];
-  }
+  void take(const Value& position_mm, double periods) noexcept;
   void fit_first() noexcept;
   void fit_end() noexcept;
   void fit_best() noexcept;
 
-  static constexpr int kWidestSpacing = 10;  ///< ticks: kSpacingS at 10 kHz
-  static constexpr int kMaxHeld = kMaxWindow * kWidestSpacing + 1;
-
   double noise_bound_mm_;
   double rate_hz_;
   int spacing_;  ///< ticks between two points of the window
-  int held_;     ///< positions of the longest window
   Fit fit_;
-  /// A ring, written twice, so that what it holds also is in one piece, the newest last at newest_.
-  std::array<Reading, 2 * kMaxHeld> readings_{};
-  int newest_;
-  int filled_ = 0;
-  int points_ = 0;  ///< before the newest, since the start, up to the longest window
+  std::array<Readings, kWidestSpacing> readings_{};
+  std::size_t phase_ = 0;   ///< which of readings_ the newest is among
+  std::size_t newest_ = 0;  ///< its place there; the point before it is at the next place
+  double periods_ = 0.0;    ///< of the newest, since the start
+  Value first_mm_{};        ///< the first reading since the start
+  int filled_ = 0;          ///< readings since the start, up to what fills the longest window
+  int points_ = 0;          ///< before the newest, since the start, up to the longest window
   int window_ = 0;
+  std::array<bool, kAxes> was_even_{};  ///< the last line of the axis spanned the longest window
   Value velocity_mm_per_s_{};
 };
 

@@ -61,6 +61,51 @@ TEST(AdaptiveWindowVelocity, IntervalIntersectionFollowsTheDefinition) {
   }
 }
 
+/// Slopes over measured times, point by point, each compared with all that is known before it.
+double scanned(const std::vector<double>& t, const std::vector<double>& y, std::size_t spacing, double d) {
+  const std::size_t k = y.size() - 1;
+  double low = -HUGE_VAL, high = HUGE_VAL, slope = 0.0;
+  for (std::size_t n = 1; n <= 15 && n * spacing <= k; ++n) {
+    const double inverse = 1.0 / (t[k] - t[k - n * spacing]);
+    const double candidate = (y[k] - y[k - n * spacing]) * inverse;
+    if (candidate < low || candidate > high) break;
+    slope = candidate;
+    low = std::max(low, candidate - d * inverse);
+    high = std::min(high, candidate + d * inverse);
+  }
+  return slope;
+}
+
+TEST(AdaptiveWindowVelocity, IsThatOfEachAxisHoweverTheTicksFall) {
+  constexpr double kStepMm = 0.03;
+  for (const double rate_hz : {1000.0, 5000.0}) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> periods(0.7, 1.4);
+    AdaptiveWindowVelocity3 velocity(kStepMm, rate_hz);
+    std::vector<double> t{0.0};
+    std::vector<double> x, y, z;
+    int even = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const double passed = periods(random);
+      if (i > 0) t.push_back(t.back() + passed);
+      const double s = t.back() / rate_hz;
+      // Even for a while, bent for a while, and shaken.
+      x.push_back(quantised(20.0 * std::sin(2.0 * s), kStepMm));
+      y.push_back(quantised(60.0 * s + (s > 2.0 ? 0.4 * std::sin(40.0 * s) : 0.0), kStepMm));
+      z.push_back(quantised(5.0 * std::sin(15.0 * s), kStepMm));
+      const hal::Vector3& v = velocity.update({x.back(), y.back(), z.back()}, passed);
+      if (i < rate_hz / 1000.0) continue;  // fewer than a point's spacing
+      const auto spacing = static_cast<std::size_t>(rate_hz / 1000.0);
+      ASSERT_EQ(v.x, scanned(t, x, spacing, kStepMm) * rate_hz) << rate_hz << " Hz, tick " << i;
+      ASSERT_EQ(v.y, scanned(t, y, spacing, kStepMm) * rate_hz) << rate_hz << " Hz, tick " << i;
+      ASSERT_EQ(v.z, scanned(t, z, spacing, kStepMm) * rate_hz) << rate_hz << " Hz, tick " << i;
+      even += velocity.window() == static_cast<int>(15 * spacing) ? 1 : 0;
+    }
+    EXPECT_GT(even, 1000) << "windows of all points, and others";
+    EXPECT_LT(even, 19000);
+  }
+}
+
 TEST(AdaptiveWindowVelocity, QuantisedRestIsRest) {
   AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
   for (int i = 0; i < 60000; ++i) velocity.update(quantised(12.3456, 0.03));
