@@ -73,11 +73,13 @@ void ContactEvidence::follow_support(const Observation& now, double s) noexcept 
 void ContactEvidence::update(const Observation& now, const TickInterval& interval) noexcept {
   const double s = interval.s;
   follow_acceleration(now.acceleration_mm_per_s2, s);
-  const double inertia_n = inertial_force_n(tool_mass_g_, acceleration_mm_per_s2_);
-  const double evidence_n = now.reaction_n - parameters_.unexplained_force_n - inertia_n;
-  const double at_once_n = evidence_n - inertial_force_n(tool_mass_g_, kUnseenMmPerS2);
-  const double proven_n = std::max(sustained_n(evidence_n, s), at_once_n);
-  goal_ = std::max(goal_, std::clamp(proven_n / parameters_.unexplained_force_n, 0.0, 1.0));
+  if (goal_ < 1.0) {  // there is no more to earn
+    const double inertia_n = inertial_force_n(tool_mass_g_, acceleration_mm_per_s2_);
+    const double evidence_n = now.reaction_n - parameters_.unexplained_force_n - inertia_n;
+    const double at_once_n = evidence_n - inertial_force_n(tool_mass_g_, kUnseenMmPerS2);
+    const double proven_n = std::max(sustained_n(evidence_n, s), at_once_n);
+    goal_ = std::max(goal_, std::clamp(proven_n / parameters_.unexplained_force_n, 0.0, 1.0));
+  }
   earned_ = std::min(goal_, earned_ + s / kGrowS);
   if (!is_sloped_ && earned_ < 1.0) {
     slope_.add(now.reaction_n, now.path_mm, now.inward_mm_per_s2);

@@ -67,14 +67,14 @@ void BasicFreeMotionResidual<Value>::step(const Measurement& now, double step_s,
       section_1_.update({forces_.at(common_ns) - raw_inertia_n, now.force_n, raw_inertia_n}, periods),
       periods);
   prompt_force_.update(now.force_n);
-  const Value lead = lead_force_.update(now.force_n) - passed.force_n;
+  const Value lead = lead_force_.update(now.force_n) - passed.force_n();
 
-  const double jerk_now = in_contact ? 0.0 : magnitude(passed.inertia_n - last_inertia_n_) / passed_s;
+  const double jerk_now = in_contact ? 0.0 : magnitude(passed.inertia_n() - last_inertia_n_) / passed_s;
   jerk_n_per_s_ = std::max(jerk_n_per_s_ / (1.0 + step_s / kJerkMemoryS), jerk_now);
-  last_inertia_n_ = passed.inertia_n;
+  last_inertia_n_ = passed.inertia_n();
   seen_jerk_n_ = kJerkMargin * delay_s_ * jerk_n_per_s_;
   irregular_n_ /= 1.0 + step_s / delay_s_;
-  residual_n_ = passed.residual_n + shortened(lead, explained_by_jerk_n());
+  residual_n_ = passed.residual_n() + shortened(lead, explained_by_jerk_n());
 
   samples_ = 2;
   last_velocity_mm_per_s_ = velocity;

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "hal/samples.h"
 #include "rt/signal/butterworth_low_pass.h"
 #include "rt/signal/instant_ring.h"
+#include "rt/signal/number_pair.h"
 #include "rt/signal/sliding_mean.h"
 
 namespace hapticd::rt {
@@ -81,21 +85,50 @@ class BasicFreeMotionResidual {
   }
 
  private:
-  /// All that passes L.
-  struct Signals {
-    Value residual_n{};
-    Value force_n{};
-    Value inertia_n{};
+  /// All that passes L, in pairs.
+  class Signals {
+   public:
+    Signals() noexcept = default;
+    Signals(const Value& residual_n, const Value& force_n, const Value& inertia_n) noexcept {
+      if constexpr (kIsScalar) {
+        pairs_ = {NumberPair{residual_n, force_n}, NumberPair{inertia_n, 0.0}};
+      } else {
+        pairs_ = {NumberPair{residual_n.x, residual_n.y}, NumberPair{force_n.x, force_n.y},
+                  NumberPair{inertia_n.x, inertia_n.y}, NumberPair{residual_n.z, force_n.z},
+                  NumberPair{inertia_n.z, 0.0}};
+      }
+    }
 
-    friend Signals operator+(const Signals& a, const Signals& b) noexcept {
-      return {a.residual_n + b.residual_n, a.force_n + b.force_n, a.inertia_n + b.inertia_n};
+    Value residual_n() const noexcept { return signal(0); }
+    Value force_n() const noexcept { return signal(1); }
+    Value inertia_n() const noexcept { return signal(2); }
+
+    friend Signals operator+(Signals a, const Signals& b) noexcept {
+      for (std::size_t i = 0; i < kPairs; ++i) a.pairs_[i] += b.pairs_[i];
+      return a;
     }
-    friend Signals operator-(const Signals& a, const Signals& b) noexcept {
-      return {a.residual_n - b.residual_n, a.force_n - b.force_n, a.inertia_n - b.inertia_n};
+    friend Signals operator-(Signals a, const Signals& b) noexcept {
+      for (std::size_t i = 0; i < kPairs; ++i) a.pairs_[i] -= b.pairs_[i];
+      return a;
     }
-    friend Signals operator*(const Signals& a, double s) noexcept {
-      return {a.residual_n * s, a.force_n * s, a.inertia_n * s};
+    friend Signals operator*(Signals a, double s) noexcept {
+      for (NumberPair& pair : a.pairs_) pair *= s;
+      return a;
     }
+
+   private:
+    static constexpr bool kIsScalar = std::is_same_v<Value, double>;
+    static constexpr std::size_t kPairs = kIsScalar ? 2 : 5;
+
+    Value signal(std::size_t i) const noexcept {
+      if constexpr (kIsScalar) {
+        return pairs_[i / 2][i % 2];
+      } else {
+        return {pairs_[i][0], pairs_[i][1], pairs_[3 + i / 2][i % 2]};
+      }
+    }
+
+    std::array<NumberPair, kPairs> pairs_{};
   };
 
   void seed(const Signals& signals) noexcept;

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "hal/samples.h"
+
 namespace hapticd::rt {
 
 enum class ControlLaw : std::uint8_t {
@@ -16,6 +18,11 @@ struct ControllerParameters {
   double proportional_gain = 0.0;  ///< Kp, per sample; 0 until resolve() fills in the device's own
   double derivative_gain_ms = 0.0;
 };
+
+/// Kd', which acts on the change from one sample to the next.
+constexpr double derivative_gain_per_sample(const ControllerParameters& parameters, double rate_hz) noexcept {
+  return parameters.derivative_gain_ms * 1e-3 * rate_hz;
+}
 
 /// True inside the controller's own stability region. With the observer f_d(k) = f_c(k-1) its characteristic
 /// polynomial is z² - (1 - Kp - Kd') z - Kd', Kd' = derivative_gain / period: stable iff
@@ -32,22 +39,36 @@ inline constexpr double kMaxControllerTimeS = 0.02;
 bool gains_settle(const ControllerParameters& parameters, double rate_hz) noexcept;
 
 /// f_c(k) = f_c(k-1) + Kp f_e(k) + Kd' (f_e(k) - f_e(k-1)), f_e = f~_d - f_c(k-1).   (3.6)
-class ForceController {
+/// `Value` is the force along an axis, or a vector in the rig frame (4.24).
+template <class Value>
+class BasicForceController {
  public:
-  ForceController(const ControllerParameters& parameters, double rate_hz) noexcept;
+  BasicForceController(const ControllerParameters& parameters, double rate_hz) noexcept
+      : law_(parameters.law),
+        proportional_gain_(parameters.proportional_gain),
+        derivative_gain_per_sample_(derivative_gain_per_sample(parameters, rate_hz)) {}
 
-  double update(double desired_force_n) noexcept;
+  Value update(const Value& desired_force_n) noexcept {
+    if (law_ == ControlLaw::kOpenLoop) return desired_force_n;
+    const Value error = desired_force_n - device_force_n_;
+    const Value change = error - last_error_n_;
+    last_error_n_ = error;
+    return device_force_n_ + error * proportional_gain_ + change * derivative_gain_per_sample_;
+  }
   /// Takes what the device was really given: the observer's f_d for the next tick.
-  void applied(double force_n) noexcept { device_force_n_ = force_n; }
-  void reset() noexcept;
-  double device_force_n() const noexcept { return device_force_n_; }
+  void applied(const Value& force_n) noexcept { device_force_n_ = force_n; }
+  void reset() noexcept { device_force_n_ = last_error_n_ = Value{}; }
+  const Value& device_force_n() const noexcept { return device_force_n_; }
 
  private:
   ControlLaw law_;
   double proportional_gain_;
   double derivative_gain_per_sample_;
-  double device_force_n_ = 0.0;
-  double last_error_n_ = 0.0;
+  Value device_force_n_{};
+  Value last_error_n_{};
 };
+
+using ForceController = BasicForceController<double>;
+using ThreeAxisController = BasicForceController<hal::Vector3>;
 
 }  // namespace hapticd::rt

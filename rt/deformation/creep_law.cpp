@@ -14,6 +14,7 @@ CreepLaw::CreepLaw(const CreepParameters& parameters, double rate_hz) noexcept
     weight_[i + 1] = parameters.weight[i + 1] / sum;
     decay_[i] = Decay(parameters.time_s[i], rate_hz);
   }
+  set_interval(1.0);
   for (std::size_t j = 0; j <= kLast; ++j) {
     const double share = static_cast<double>(j) / kLast;
     knot_n_[j] = max_force_n_ * share * share;
@@ -32,18 +33,25 @@ CreepLaw::CreepLaw(const CreepParameters& parameters, double rate_hz) noexcept
   }
 }
 
+void CreepLaw::set_interval(double periods) noexcept {
+  periods_ = periods;
+  immediate_ = weight_[0];
+  for (std::size_t i = 0; i < CreepParameters::kLags; ++i) {
+    kept_[i] = decay_[i].over(periods);
+    immediate_ += weight_[i + 1] * (1.0 - kept_[i]);
+  }
+}
+
 LawEstimate CreepLaw::update(double normal_force_n, double periods) noexcept {
+  if (periods != periods_) set_interval(periods);
   const double force_n = std::max(0.0, normal_force_n);
   double effective_n = weight_[0] * force_n;
-  double immediate = weight_[0];  // how much of a newton counts in the tick it comes
   for (std::size_t i = 0; i < CreepParameters::kLags; ++i) {
-    const double kept = decay_[i].over(periods);
-    lagged_n_[i] = force_n + (lagged_n_[i] - force_n) * kept;
-    immediate += weight_[i + 1] * (1.0 - kept);
+    lagged_n_[i] = force_n + (lagged_n_[i] - force_n) * kept_[i];
     effective_n += weight_[i + 1] * lagged_n_[i];
   }
   LawEstimate estimate = curve(effective_n);
-  estimate.mm_per_n *= immediate;
+  estimate.mm_per_n *= immediate_;
   return estimate;
 }
 

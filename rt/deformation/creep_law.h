@@ -43,11 +43,17 @@ class CreepLaw {
   LawEstimate curve(double effective_force_n) const noexcept;
 
  private:
+  /// Takes note of the interval between two updates.
+  void set_interval(double periods) noexcept;
+
   static constexpr std::size_t kLast = CreepParameters::kKnots - 1;
 
   double max_force_n_;
   std::array<double, CreepParameters::kLags + 1> weight_{};
   std::array<Decay, CreepParameters::kLags> decay_{};
+  double periods_ = 0.0;                               ///< of the last interval, like the two below
+  std::array<double, CreepParameters::kLags> kept_{};  ///< by each lag
+  double immediate_ = 1.0;                             ///< how much of a newton counts in the tick it comes
   std::array<double, CreepParameters::kLags> lagged_n_{};
   std::array<double, CreepParameters::kKnots> knot_n_{};
   std::array<double, CreepParameters::kKnots> knot_mm_{};

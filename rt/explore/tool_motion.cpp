@@ -16,23 +16,20 @@ ToolMotion::ToolMotion(const Parts& parts) noexcept
 
 void ToolMotion::reset() noexcept {
   timer_.reset();
-  motion_.reset();
-  if (mass_motion_) mass_motion_->reset();
   deflection_.reset();
   has_tip_ = false;
 }
 
 const ToolState& ToolMotion::update(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
-  const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
   const hal::Vector3& encoder_mm = sample.tip_position_mm;
-  const TickInterval interval = timer_.update(position_ns);
-  motion_.update(encoder_mm, position_ns);
+  const TickInterval interval = timer_.update(sample.time_ns - sample.position_age_ns);
+  motion_.update(encoder_mm, interval);
   if (structural_field_) deflection_.set_stiffness_n_per_mm(structural_field_->stiffness_at(encoder_mm));
   const hal::Vector3 tip_mm = encoder_mm - deflection_.update(device_n, interval.periods);
   hal::Vector3 mass_mm = encoder_mm;
   if (mass_motion_) {
     mass_mm = load_.centre_mm(encoder_mm, sample.tip_orientation);
-    mass_motion_->update(mass_mm, position_ns);
+    mass_motion_->update(mass_mm, interval);
   }
   const hal::Vector3 acceleration = motion_.acceleration_mm_per_s2();
   const hal::Vector3 mass_acceleration = mass_motion_ ? mass_motion_->acceleration_mm_per_s2() : acceleration;

@@ -7,7 +7,7 @@
 #include "rt/contribution/contribution.h"
 #include "rt/control/back_drive_compensation.h"
 #include "rt/control/command_end.h"
-#include "rt/control/three_axis_controller.h"
+#include "rt/control/force_controller.h"
 #include "rt/explore/explored_contact.h"
 #include "rt/explore/stiffness_force.h"
 #include "rt/explore/tool_motion.h"

@@ -38,7 +38,6 @@ std::uint32_t TapPipeline::channels() const noexcept {
 
 void TapPipeline::reset() noexcept {
   timer_.reset();
-  motion_.reset();
   contact_.reset();
   controller_.reset();
   end_.reset();
@@ -64,31 +63,30 @@ void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
 TapPipeline::Measured TapPipeline::measure(const hal::RigSample& sample) noexcept {
   // What was free under another zero may be a load under this one.
   if (zero_.take_bias(sample.bias_serial)) contact_.await_free();
-  const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
   Measured now;
-  now.interval = timer_.update(position_ns);
+  now.interval = timer_.update(sample.time_ns - sample.position_age_ns);
   now.depth_mm = axis_.depth_mm(sample.tip_position_mm);
   if (structural_field_) structural_n_per_mm_ = structural_field_->stiffness_at(sample.tip_position_mm);
   if (has_depth_) now.step_mm = now.depth_mm - last_depth_mm_;
   last_depth_mm_ = now.depth_mm;
   has_depth_ = true;
-  motion_.update(now.depth_mm, position_ns);
+  motion_.update(now.depth_mm, now.interval);
   now.sensor_n = axis_.reaction_n(sample.sensor_force_n - zero_.zero().force_n);
   now.reaction_n = reaction_force_n(now.sensor_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
   return now;
 }
 
 void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& now) noexcept {
-  ContactStage::Input input;
-  input.interval = now.interval;
-  input.free_motion = {now.sensor_n, now.depth_mm, sample.time_ns - sample.position_age_ns,
-                       sample.time_ns - sample.force_mean_age_ns};
-  input.tip_mm = now.depth_mm;
-  input.velocity_mm_per_s = motion_.velocity_mm_per_s();
-  input.reaction_n = std::abs(now.reaction_n);
-  input.depth_mm = now.depth_mm;
-  input.contact_depth_mm = contact_depth_mm_;
-  input.acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2());
+  const ContactStage::Input input{
+      .interval = now.interval,
+      .free_motion = {now.sensor_n, now.depth_mm, sample.time_ns - sample.position_age_ns,
+                      sample.time_ns - sample.force_mean_age_ns},
+      .tip_mm = now.depth_mm,
+      .velocity_mm_per_s = motion_.velocity_mm_per_s(),
+      .reaction_n = std::abs(now.reaction_n),
+      .depth_mm = now.depth_mm,
+      .contact_depth_mm = contact_depth_mm_,
+      .acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2())};
   contact_.detect(input);
   if (contact_.detector().just_declared() || now.interval.is_gap) late_.reset();
   if (contact_.detector().just_declared()) {
@@ -199,6 +197,7 @@ void TapPipeline::fill_record(TickRecord& record) const noexcept {
   record.target_stiffness_n_per_mm = target_.value();
   record.desired_force_n = desired_n_;
   record.commanded_force_n = command_n_;
+  record.hand_force_n = record.feasible_min_n_per_mm = record.feasible_max_n_per_mm = 0.0;
   if (!contact_.in_contact()) return;
   const double hand_n = reaction_n_ - controller_.device_force_n();  // (3.1)
   record.hand_force_n = hand_n;

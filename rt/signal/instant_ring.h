@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -21,21 +22,19 @@ class InstantRing {
   }
   /// `instant_ns`: later than the last one.
   void push(std::int64_t instant_ns, const Value& value) noexcept {
-    newest_ = newest_ + 1 < kSize ? newest_ + 1 : 0;
+    newest_ = (newest_ + 1) % kSize;
     ring_[newest_] = {instant_ns, value};
-    if (filled_ < kSize) ++filled_;
+    filled_ = std::min(filled_ + 1, kSize);
   }
   std::int64_t newest_ns() const noexcept { return ring_[newest_].instant_ns; }
-  std::int64_t oldest_ns() const noexcept {
-    return ring_[newest_ + 1 >= filled_ ? newest_ + 1 - filled_ : newest_ + 1 + kSize - filled_].instant_ns;
-  }
+  std::int64_t oldest_ns() const noexcept { return before(filled_ - 1).instant_ns; }
   const Value& newest() const noexcept { return ring_[newest_].value; }
   /// Value at an instant within what is held; the nearest end outside it.
   Value at(std::int64_t instant_ns) const noexcept {
     const Entry* later = &ring_[newest_];
     if (instant_ns >= later->instant_ns) return later->value;
     for (std::size_t age = 1; age < filled_; ++age) {
-      const Entry& earlier = ring_[newest_ >= age ? newest_ - age : newest_ + kSize - age];
+      const Entry& earlier = before(age);
       if (instant_ns >= earlier.instant_ns) {
         const double share = static_cast<double>(instant_ns - earlier.instant_ns) /
                              static_cast<double>(later->instant_ns - earlier.instant_ns);
@@ -51,6 +50,7 @@ class InstantRing {
     std::int64_t instant_ns = 0;
     Value value{};
   };
+  const Entry& before(std::size_t age) const noexcept { return ring_[(newest_ + kSize - age) % kSize]; }
 
   std::array<Entry, kSize> ring_{};
   std::size_t newest_ = kSize - 1;

@@ -19,8 +19,7 @@ BasicMotionEstimator<Value>::BasicMotionEstimator(double position_resolution_mm,
       acceleration_(kAccelerationCutoffHz, rate_hz) {}
 
 template <class Value>
-void BasicMotionEstimator<Value>::update(const Value& position_mm, std::int64_t time_ns) noexcept {
-  const TickInterval interval = timer_.update(time_ns);
+void BasicMotionEstimator<Value>::update(const Value& position_mm, const TickInterval& interval) noexcept {
   if (interval.is_gap) [[unlikely]] {
     velocity_.reset();
     velocity_.update(position_mm);

@@ -20,7 +20,12 @@ class BasicMotionEstimator {
   /// so a late tick does not show as a jump in velocity. After a gap (TickInterval::is_gap) the estimate
   /// starts afresh; of two readings within kMinPeriods the second is left out: what it shows of the motion is
   /// the encoder's step, which the filter would hold until the next one.
-  void update(const Value& position_mm, std::int64_t time_ns) noexcept;
+  void update(const Value& position_mm, std::int64_t time_ns) noexcept {
+    update(position_mm, timer_.update(time_ns));
+  }
+  /// Takes the position of one tick, measured so long after the last: by a timer that is reset with the
+  /// estimate.
+  void update(const Value& position_mm, const TickInterval& interval) noexcept;
   void reset() noexcept { timer_.reset(); }
 
   const Value& velocity_mm_per_s() const noexcept { return velocity_.velocity_mm_per_s(); }
