@@ -18,8 +18,9 @@ class Contribution {
 
   /// Advances by one tick, in contact or not. Returns the force on the tip, N, rig frame.
   virtual hal::Vector3 update(const ContactState& now) noexcept = 0;
-  /// Fills its groups of the record, after update() with the same state. It is const, so that nothing of a
-  /// record finds its way into a force.
+  /// Fills its groups of the record, after update() with the same state: all fields in every tick, since a
+  /// record may still hold what it was filled with earlier. It is const, so that nothing of a record finds
+  /// its way into a force.
   virtual void fill_record(const ContactState& /*now*/, TickRecord& /*record*/) const noexcept {}
   /// Forgets what it knows of the contact.
   virtual void reset() noexcept = 0;

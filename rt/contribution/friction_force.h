@@ -27,6 +27,7 @@ class FrictionForce final : public Contribution {
     record.friction_scale = friction_.scale();
     record.friction_is_bounded = friction_.is_bounded();
     record.friction_added_n = friction_.force_n();
+    record.friction_feasible_min = record.friction_feasible_max = 0.0;
     if (!now.in_contact) return;
     // The coefficients that can be reached at this load.
     const double along_n = dot(now.device_n, now.normal);

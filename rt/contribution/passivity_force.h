@@ -17,9 +17,8 @@ class PassivityForce final : public Contribution {
                              now.tool.interval.periods);
   }
   void fill_record(const ContactState& now, TickRecord& record) const noexcept override {
-    if (!now.in_contact) return;
-    record.hand_energy_mj = passivity_.energy_mj();
-    record.passivity_damping_n_s_per_mm = passivity_.damping_n_s_per_mm();
+    record.hand_energy_mj = now.in_contact ? passivity_.energy_mj() : 0.0;
+    record.passivity_damping_n_s_per_mm = now.in_contact ? passivity_.damping_n_s_per_mm() : 0.0;
   }
   void reset() noexcept override { passivity_.begin(); }
 

@@ -40,16 +40,16 @@ inline void ExploredContact::detect(const hal::RigSample& sample, const ToolStat
   // If the reaction pushes, the tip is not above the surface, whatever the path says.
   const bool pushed = dot(tool.reaction_n, direction_.normal()) > parameters_.threshold_n;
   const double counted_mm = displacement_.displacement_mm();
-  ContactStage3::Input input;
-  input.interval = tool.interval;
-  // Signed as the residual wants it: in free motion the load is -m a.
-  input.free_motion = {tool.load_n * -1.0, tool.mass_mm, sample.time_ns - sample.position_age_ns,
-                       sample.time_ns - sample.force_mean_age_ns};
-  input.tip_mm = tool.tip_mm;
-  input.velocity_mm_per_s = tool.velocity_mm_per_s;
-  input.reaction_n = norm(tool.reaction_n);
-  input.depth_mm = pushed ? std::max(0.0, counted_mm) : counted_mm;
-  input.acceleration_mm_per_s2 = norm(tool.mass_acceleration_mm_per_s2);
+  const ContactStage3::Input input{
+      .interval = tool.interval,
+      // Signed as the residual wants it: in free motion the load is -m a.
+      .free_motion = {tool.load_n * -1.0, tool.mass_mm, sample.time_ns - sample.position_age_ns,
+                      sample.time_ns - sample.force_mean_age_ns},
+      .tip_mm = tool.tip_mm,
+      .velocity_mm_per_s = tool.velocity_mm_per_s,
+      .reaction_n = norm(tool.reaction_n),
+      .depth_mm = pushed ? std::max(0.0, counted_mm) : counted_mm,
+      .acceleration_mm_per_s2 = norm(tool.mass_acceleration_mm_per_s2)};
   contact_.detect(input);
   // After a bounce the tool may rest on the object without the detector knowing how deep. A law does.
   const bool pulls = is_pulled(tool, input.reaction_n);
@@ -123,7 +123,12 @@ inline void ExploredContact::judge(const ContactState& now) noexcept {
 void ExploredContact::fill_record(const ContactState& now, TickRecord& record) const noexcept {
   record.reaction_force_n = now.normal_n;
   record.reaction_n = now.tool.reaction_n;
-  if (!now.in_contact) return;
+  if (!now.in_contact) {
+    record.normal = record.friction_force_n = {};
+    record.sliding_mm_per_s = record.displacement_mm = 0.0;
+    record.law_displacement_mm = record.displacement_deviation_mm = 0.0;
+    return;
+  }
   record.normal = now.normal;
   record.friction_force_n = now.friction_n;
   record.sliding_mm_per_s = norm(across(now.tool.velocity_mm_per_s, now.normal));

@@ -43,13 +43,17 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   }
   renderer_.set_standing(standing);
 
-  TickRecord* const place = records_.claim();  // made where it is read: a record is some 600 bytes
+  TickRecord* const place = records_.claim();  // made where it is read: a record is some 1000 bytes
   TickRecord& record = place != nullptr ? *place : unsent_;
-  record = TickRecord{};
+  const bool had_truth = (record.channels & channel::kTruth) != 0;
   const hal::DeviceCommand command = renderer_.tick(sample, record);
   record.channels |= channel::kTiming;
   record.timing = timing_;
-  if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
+  if (rig_.truth(record.truth)) {
+    record.channels |= channel::kTruth;
+  } else if (had_truth) {
+    record.truth = {};
+  }
   latest_.publish(record);
   if (place != nullptr) {
     records_.publish();

@@ -123,6 +123,7 @@ void ExplorePipeline::fill_record(TickRecord& record) const noexcept {
   record.desired_force_n = inward_n_;
   record.commanded_force_n = -dot(command_n_, now.normal);
   record.target_stiffness_n_per_mm = stiffness_.target_n_per_mm();
+  record.hand_force_n = record.feasible_min_n_per_mm = record.feasible_max_n_per_mm = 0.0;
   if (!now.in_contact) return;
   const double hand_n = now.hand_n();
   record.hand_force_n = hand_n;

@@ -37,8 +37,9 @@ class Pipeline {
   /// Evaluates one tick. Called only with finite samples; bounded time, no allocation, no lock, no exception.
   virtual PipelineOutput evaluate(const hal::RigSample& sample) noexcept = 0;
 
-  /// Fills its groups of the record with the tick that was evaluated; to be called before applied(). It is
-  /// const, so that nothing of a record finds its way into a force.
+  /// Fills its groups of the record with the tick that was evaluated; to be called before applied(). What it
+  /// fills in one tick it fills in all: a record may still hold what it was filled with earlier. It is const,
+  /// so that nothing of a record finds its way into a force.
   virtual void fill_record(TickRecord& record) const noexcept = 0;
 
   /// Takes what the guard let through: the controller's observer f_d(k) = f_c(k-1) works on this, so a

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "rt/record/reuse_record.h"
+
 namespace hapticd::rt {
 
 namespace {
@@ -47,28 +49,29 @@ void Renderer::watch_bias(const hal::RigSample& sample) noexcept {
   if (changed && !lost && pipeline_ != nullptr) pipeline_->biased_at(sample.tip_orientation);
 }
 
-inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample) noexcept {
+inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample, bool has_jump) noexcept {
   if (pipeline_is_stale_) {
     pipeline_->reset();
     pipeline_is_stale_ = false;
   }
-  if (!guard_.watches_load()) return pipeline_->evaluate(sample);
   // After a jump the guard waits alone: its size is known, so what the pipeline has of a contact stays true.
   const LoadWatch& load = guard_.load();
-  if (load.is_waiting() && !load.has_jumped()) pipeline_->distrust_sensor();
-  if (dot(load.jump_n(), load.jump_n()) == 0.0) return pipeline_->evaluate(sample);
+  if (guard_.watches_load() && load.is_waiting() && !load.has_jumped()) pipeline_->distrust_sensor();
+  if (!has_jump) return pipeline_->evaluate(sample);
   hal::RigSample without_jump = sample;
   without_jump.sensor_force_n = sample.sensor_force_n - load.jump_n();
   return pipeline_->evaluate(without_jump);
 }
 
-inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluated,
-                                  TickRecord& record) const noexcept {
+inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluated, bool has_jump,
+                                  bool assists, TickRecord& record) const noexcept {
+  const std::uint32_t generation = pipeline_ != nullptr ? generation_ : 0;
+  const std::uint32_t channels = channel::kSample | channel::kGuard |
+                                 (sample.angles.known ? channel::kAngles : 0U) |
+                                 (assists ? channel::kAssist : 0U) | (is_evaluated ? channels_ : 0U);
+  reuse(record, channels, generation);
   record.tick = sample.tick;
   record.time_ns = sample.time_ns;
-  record.scene_generation = pipeline_ != nullptr ? generation_ : 0;
-  record.channels =
-      channel::kSample | (sample.angles.known ? channel::kAngles : 0U) | (is_evaluated ? channels_ : 0U);
   record.tip_position_mm = sample.tip_position_mm;
   record.tip_orientation = sample.tip_orientation;
   if (sample.angles.known) record.angles = sample.angles;
@@ -87,29 +90,32 @@ inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluate
   record.jump_count = load.jump_count();
   record.last_jump_n = load.last_jump_n();
   // The pipeline follows the zero of a sensor without the jump.
-  if (dot(load.jump_n(), load.jump_n()) == 0.0) return;
-  record.zero.force_n = pipeline_->zero().zero.force_n + load.jump_n();
+  if (has_jump) record.zero.force_n = pipeline_->zero().zero.force_n + load.jump_n();
 }
 
-hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& record) noexcept {
+hal::DeviceCommand Renderer::tick(const hal::RigSample& sample,
+                                                   TickRecord& record) noexcept {
   watch_bias(sample);
   Admission admission = guard_.admit(sample, pipeline_ != nullptr ? pipeline_->faults() : 0);
   if (admission.restarts()) pipeline_is_stale_ = true;
   const bool is_evaluated = admission.is_fit() && pipeline_ != nullptr;
-  const PipelineOutput output = is_evaluated ? evaluate(sample) : PipelineOutput{};
-  fill_record(sample, is_evaluated, record);
+  const hal::Vector3& jump_n = guard_.load().jump_n();
+  const bool has_jump = guard_.watches_load() && dot(jump_n, jump_n) != 0.0;
+  const PipelineOutput output = is_evaluated ? evaluate(sample, has_jump) : PipelineOutput{};
+  const bool assists = !assistance_.is_idle();
+  fill_record(sample, is_evaluated, has_jump, assists, record);
   const bool is_free = !output.in_contact && !output.wants_force;
   // A missing tick does not count as time in which it was seen free.
   free_s_ = is_free ? std::min(free_s_ + std::min(guard_.interval_s(), period_s_), kFreeS) : 0.0;
-  hand_over_share_ = guard_.force_is_zero()
-                         ? 0.0
-                         : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / hand_over_s_);
   const double interval_s = guard_.rise_interval_s();
-  const bool assists = !assistance_.is_idle();
-  const hal::Vector3 assistance_n =
-      assists ? assistance_.update(sample, output.touch, !guard_.force_is_zero(), interval_s)
-              : hal::Vector3{};
-  const hal::Vector3 wanted_n = hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_);
+  hal::Vector3 assistance_n;
+  if (assists) assistance_n = assistance_.update(sample, output.touch, !guard_.force_is_zero(), interval_s);
+  hal::Vector3 wanted_n = output.force_n;
+  if (hand_over_share_ > 0.0) {
+    hand_over_share_ =
+        guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - interval_s / hand_over_s_);
+    wanted_n = hand_over_n_ * hand_over_share_ + wanted_n * (1.0 - hand_over_share_);
+  }
   const hal::DeviceCommand command{
       guard_.release(std::move(admission), wanted_n, output.held_back, assistance_n)};
   guard_.fill_record(record);
@@ -123,7 +129,9 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
                         guard_.interval_s());
     assistance_.fill_record(record);
   }
-  if (pipeline_ != nullptr) pipeline_->applied(of_pipeline(command.force_n, guard_.wanted_n(), assistance_n));
+  if (pipeline_ == nullptr) return command;
+  pipeline_->applied(assists ? of_pipeline(command.force_n, guard_.wanted_n(), assistance_n)
+                             : command.force_n);
   return command;
 }
 

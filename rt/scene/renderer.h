@@ -28,6 +28,8 @@ class Renderer {
     return pipeline_ == nullptr || guard_.force_is_zero() || free_s_ + 0.5 * period_s_ >= kFreeS;
   }
 
+  /// Does one tick. `record`: a new one, or one that a tick filled before; all of it is made this tick's, but
+  /// for the groups of timing and truth, which are the loop's.
   hal::DeviceCommand tick(const hal::RigSample& sample, TickRecord& record) noexcept;
 
   void set_target(const TargetLaw& target, double ramp_s) noexcept;
@@ -42,10 +44,13 @@ class Renderer {
   Assistance& assistance() noexcept { return assistance_; }
 
  private:
-  /// Output of the pipeline for a sample that the guard finds fit.
-  PipelineOutput evaluate(const hal::RigSample& sample) noexcept;
-  /// Fills in the sample and, if it was evaluated, the groups of the pipeline.
-  void fill_record(const hal::RigSample& sample, bool is_evaluated, TickRecord& record) const noexcept;
+  /// Output of the pipeline for a sample that the guard finds fit. `has_jump`: a part of the sensor's zero
+  /// jumped, which is taken off.
+  PipelineOutput evaluate(const hal::RigSample& sample, bool has_jump) noexcept;
+  /// Fills in the sample and, if it was evaluated, the groups of the pipeline. `assists`: the group of the
+  /// assistance follows.
+  void fill_record(const hal::RigSample& sample, bool is_evaluated, bool has_jump, bool assists,
+                   TickRecord& record) const noexcept;
   /// Informs the pipeline of a bias, in every state of the guard.
   void watch_bias(const hal::RigSample& sample) noexcept;
 

@@ -108,7 +108,7 @@ void WallPipeline::fill_record(TickRecord& record) const noexcept {
   record.desired_force_n = desired_n_;
   record.commanded_force_n = command_n_;
   record.hand_force_n = -controller_.device_force_n();
-  if (touches) record.normal = inward_ * -1.0;
+  record.normal = touches ? inward_ * -1.0 : hal::Vector3{};
 }
 
 }  // namespace hapticd::rt

@@ -65,9 +65,7 @@ class TickWorkload {
  private:
   TickWorkload(const rt::SceneSpec& resolved, std::unique_ptr<rt::Pipeline> pipeline, double rate_hz);
   void take(const hal::RigSample& sample) noexcept {
-    rt::TickRecord& record = *ring_.claim();  // read at once below: never full
-    record = rt::TickRecord{};
-    sink_ = renderer_.tick(sample, record);
+    sink_ = renderer_.tick(sample, *ring_.claim());  // read at once below: never full
     ring_.publish();
     if (const rt::TickRecord* reported = ring_.front(); reported != nullptr) {
       guard_state_ = reported->guard_state;

@@ -45,6 +45,7 @@ class Bench {
     return record;
   }
   Renderer& renderer() { return *renderer_; }
+  Pipeline& pipeline() { return *pipeline_; }
   const SceneSpec& scene() const { return scene_; }
 
  private:
