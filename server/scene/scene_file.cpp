@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "server/scene/scene_assistance.h"
@@ -206,11 +208,13 @@ void heights_field(TomlTable& surface, rt::SurfaceMapParameters& map) {
   constexpr std::size_t kMost = rt::SurfaceMapParameters::kMaxSide * rt::SurfaceMapParameters::kMaxSide;
   surface.read("heights_mm", map.heights_mm, kPositionMm, kMost);
 }
-/// Writes a line for each row.
+/// Writes a line for each row; one height in each if there are no columns: such a map is refused after it is
+/// written.
 void heights_field(TomlWriter& surface, const rt::SurfaceMapParameters& map) {
+  const std::uint32_t columns = std::max<std::uint32_t>(1, map.columns);
   std::string rows;
   for (std::size_t i = 0; i < map.heights_mm.size(); ++i)
-    rows += (i % map.columns == 0 ? "\n  " : " ") + toml_number(map.heights_mm[i]) + ',';
+    rows += (i % columns == 0 ? "\n  " : " ") + toml_number(map.heights_mm[i]) + ',';
   surface.line("heights_mm", "[" + rows + "\n]");
 }
 

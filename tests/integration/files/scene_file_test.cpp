@@ -438,6 +438,14 @@ TEST(SceneFile, AnInclusionOfARoundObjectTurnsAboutItsCentre) {
               1e-9);
 }
 
+TEST(SceneFile, AMapWithoutColumnsIsWrittenToo) {
+  // A scene is written before it is checked, and what a client sends may be anything.
+  const auto scene = parse_scene(
+      "name = \"x\"\nkind = \"wall\"\n[wall.surface]\nstep_mm = 5.0\nheights_mm = [0.0, 1.0]\n", "x");
+  ASSERT_TRUE(scene);
+  EXPECT_NE(write_scene(*scene).find("heights_mm = [\n  0.0,\n  1.0,\n]\n"), std::string::npos);
+}
+
 TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   std::optional<test::TemporaryFolder> folder(std::in_place);
   folder->write("soft.toml", "description = \"mine\"\n[target]\nstiffness_n_per_mm = 0.1\n");
