@@ -150,10 +150,8 @@ class Page:
 SIZE = (1440, 900)
 
 
-def started_browser(profile: Path, *flags: str, size: tuple[int, int] = SIZE) -> Iterator[Any]:
-    """Chromium without a window, to its end; the test is skipped if it is not installed."""
-    if not shutil.which("chromium"):
-        pytest.skip("chromium is not installed")
+def start_browser(profile: Path, *flags: str, size: tuple[int, int] = SIZE) -> Any:
+    """Chromium without a window."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
@@ -164,6 +162,14 @@ def started_browser(profile: Path, *flags: str, size: tuple[int, int] = SIZE) ->
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
     driver.set_script_timeout(PATIENCE_S)
+    return driver
+
+
+def started_browser(profile: Path, *flags: str, size: tuple[int, int] = SIZE) -> Iterator[Any]:
+    """The browser, to its end; the test is skipped if it is not installed."""
+    if not shutil.which("chromium"):
+        pytest.skip("chromium is not installed")
+    driver = start_browser(profile, *flags, size=size)
     yield driver
     driver.quit()
 

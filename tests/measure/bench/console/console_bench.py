@@ -147,7 +147,7 @@ def main() -> int:
         arguments = ("--scene", "tap_1d", "--model-store", ":memory:", *configuration(folder))
         daemon = Daemon(folder, *arguments)
         console = Console(folder, f"unix:{folder}/d.sock")
-        driver = start_browser(folder / "profile")
+        driver = start_browser(folder / "profile", "disable-gpu")
         page = Page(driver)
         try:
             with hapticd.connect(daemon.address) as rig:
