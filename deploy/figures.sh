@@ -52,19 +52,22 @@ once() {
   return "$status"
 }
 
-# In virtual time, on one core each: two at a time.
-measure identify hapticd_study identify "${quick[@]}" &
-identify_job=$!
+# studies NAME...: one after the other.
+studies() {
+  local study
+  for study; do
+    measure "$study" hapticd_study "$study" "${quick[@]}"
+  done
+}
+# In virtual time, and all but `trust` on one core each: two rows next to one another, about as long as each other.
+studies identify trust friction tumour &
+first_row=$!
 trap wait EXIT  # leave nothing running
-for study in rig explore loading onset; do
-  measure "$study" hapticd_study "$study" "${quick[@]}"
-done
-wait "$identify_job"
+studies rig explore loading onset transients
+wait "$first_row"
 trap - EXIT
-# These are live in part or use every core; the report runs the benchmarks `scenes` and `realtime`, too.
-for study in registration pose tumour friction transients faults trust experiments report; do
-  measure "$study" hapticd_study "$study" "${quick[@]}"
-done
+# These are live in part, measure run times or use every core; the report runs `scenes` and `realtime` of the benchmarks.
+studies registration pose faults experiments report
 if ((${#quick[@]})); then
   measure tick hapticd_bench tick --seconds 0.5 --hours 0.05
   measure live hapticd_bench live --seconds 5
