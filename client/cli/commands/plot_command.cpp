@@ -1,5 +1,6 @@
 
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/plot/figure.h"

@@ -1,4 +1,6 @@
 
+#include <nlohmann/json.hpp>
+
 #include "client/cli/commands/commands.h"
 #include "client/cli/fleet/rigs_file.h"
 #include "client/cli/text/text_table.h"

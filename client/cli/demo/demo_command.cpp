@@ -1,5 +1,6 @@
 #include "client/cli/demo/demo_command.h"
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "client/cli/demo/demo_session.h"

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <nlohmann/json.hpp>
+
 namespace hapticd::cli {
 
 std::optional<double> DemoPress::error() const {

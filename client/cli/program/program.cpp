@@ -1,5 +1,6 @@
 #include "client/cli/program/program.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>

@@ -1,8 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "client/cli/session/session.h"
+
+namespace CLI {
+class App;
+}
 
 namespace hapticd::cli {
 

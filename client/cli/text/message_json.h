@@ -2,6 +2,8 @@
 
 #include <google/protobuf/message.h>
 
+#include <nlohmann/json.hpp>
+
 #include "client/cli/session/session.h"
 
 namespace hapticd::cli {

@@ -1,5 +1,6 @@
 #include "client/cli/text/report.h"
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 

@@ -1,5 +1,7 @@
 #include "client/cli/text/usage_error.h"
 
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <string>
 #include <vector>
 
