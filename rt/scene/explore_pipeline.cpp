@@ -55,7 +55,7 @@ void ExplorePipeline::applied(const hal::Vector3& force_n) noexcept {
   controller_.applied(force_n - past_controller_n_ * passed);
 }
 
-PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample) noexcept {
+[[gnu::flatten]] PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample) noexcept {
   // What was free under another zero may be a load under this one.
   if (motion_.take_bias(sample)) contact_.stage().await_free();
   // The observer's f_d is the last tick's until the new command is applied.
@@ -110,7 +110,7 @@ inline hal::Vector3 ExplorePipeline::command(const ContactState& now, const hal:
   return command_n;
 }
 
-void ExplorePipeline::fill_record(TickRecord& record) const noexcept {
+[[gnu::flatten]] void ExplorePipeline::fill_record(TickRecord& record) const noexcept {
   if (!now_) return;
   const ContactState& now = *now_;
   record.velocity_mm_per_s = now.rate_mm_per_s;

@@ -93,7 +93,7 @@ inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluate
   if (has_jump) record.zero.force_n = pipeline_->zero().zero.force_n + load.jump_n();
 }
 
-hal::DeviceCommand Renderer::tick(const hal::RigSample& sample,
+[[gnu::flatten]] hal::DeviceCommand Renderer::tick(const hal::RigSample& sample,
                                                    TickRecord& record) noexcept {
   watch_bias(sample);
   Admission admission = guard_.admit(sample, pipeline_ != nullptr ? pipeline_->faults() : 0);

@@ -166,7 +166,7 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   return desired;
 }
 
-PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample) noexcept {
+[[gnu::flatten]] PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample) noexcept {
   const Measured now = measure(sample);
   update_contact(sample, now);
   const bool in_contact = contact_.in_contact();
