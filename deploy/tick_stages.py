@@ -4,8 +4,8 @@
     deploy/tick_stages.py [--bench build/release/bin/hapticd_bench] [SCENE...]
 
 Counts with callgrind what `hapticd_bench tick` counts, so the columns add up to its figures. An instruction counts for the
-folder of rt/ whose source it comes from; vectors, containers and the like count for what they are inlined in. Needs
-valgrind, and the benchmarks built (deploy/build.sh measure).
+folder of rt/ whose source it comes from; vectors, containers and the like count for the stage whose instructions they
+are among. Needs valgrind, and the benchmarks built (deploy/build.sh measure).
 """
 import argparse
 import collections
@@ -29,11 +29,11 @@ STAGES = {  # folder: what it does, in the order of a tick
     "rt/inclusion": "inclusions",
     "rt/control": "controller, compensation",
     "rt/assist": "guide and fixture",
-    "rest": "record set to zero and passed on, library functions",
+    "rest": "record passed on, library functions",
 }
 SAME = {"rt/explore": "rt/scene", "rt/contribution": "rt/modulation", "rt/arm": "rt/signal"}
 NAME = re.compile(r"\((\d+)\)(?: (.*))?")
-COST = re.compile(r"[+*-]?\d* \d+$")
+COST = re.compile(r"(0x[0-9a-f]+|[+*-]\d*) [+*-]?\d* \d+$")  # in the order of addresses within a function
 
 
 def stage_of(path):
@@ -48,6 +48,7 @@ def instructions(profile):
     """Returns {stage: instructions} of a callgrind file."""
     names, costs = {}, collections.defaultdict(collections.Counter)  # of each function, by the stage of the source
     function = source = ""
+    last = None  # the stage of the instruction before, in the same function
     is_call = False
     for line in profile.read_text(errors="replace").splitlines():
         key, equals, value = line.partition("=")
@@ -55,18 +56,19 @@ def instructions(profile):
             number, name = NAME.match(value).groups()
             name = names.setdefault((key[-2:] == "fn", number), name or "")
             if key == "fn":
-                function = name
+                function, last = name, None
             elif key[0] == "f":
                 source = name
         elif line.startswith("calls="):
             is_call = True  # the next line has what the called function cost
         elif COST.match(line):
             if not is_call:
-                costs[function][stage_of(source)] += int(line.split()[1])
+                last = stage_of(source) or last
+                costs[function][last] += int(line.split()[2])
             is_call = False
     sums = collections.Counter()
     for of in costs.values():
-        elsewhere = of.pop(None, 0)  # what is inlined from no stage counts for the stage that has most of the function
+        elsewhere = of.pop(None, 0)  # what is before any stage counts for the stage that has most of the function
         sums.update(of)
         sums[max(of, key=of.get, default="rest")] += elsewhere
     return sums
@@ -74,7 +76,7 @@ def instructions(profile):
 
 def count(bench, scene, folder):
     profile = pathlib.Path(folder) / scene
-    command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}",
+    command = ["valgrind", "--tool=callgrind", "--dump-instr=yes", f"--callgrind-out-file={profile}",
                "--toggle-collect=hapticd::bench::run_counted*", bench, "tick-child", "--scene", scene, "--ticks", str(TICKS)]
     try:
         subprocess.run(command, check=True, capture_output=True, env={})
