@@ -39,7 +39,7 @@ void ContactEvidence::follow_acceleration(double acceleration_mm_per_s2, double 
 void ContactEvidence::rest(double acceleration_mm_per_s2, double noise_n,
                            const TickInterval& interval) noexcept {
   follow_acceleration(acceleration_mm_per_s2, interval.s);
-  const double seen_n = std::min(noise_n, std::max(kMaxSeenN, kMaxSeenDeviations * this->noise_n()));
+  const double seen_n = std::min(noise_n, kMaxNoiseN);
   variance_n2_ += (seen_n * seen_n - variance_n2_) * (interval.s / (interval.s + kNoiseS));
 }
 

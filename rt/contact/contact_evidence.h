@@ -43,8 +43,8 @@ inline double default_unexplained_force_n(double threshold_n) noexcept {
 ///   sloped   where f regressed on the path and the acceleration since the contact began grows with the path
 ///            by more than free air's noise explains (StiffnessFit), and goes on to grow in a second fit that
 ///            begins there, which a step of the reading does not: a is 1 from then on, but no more than
-///            kSlopeForceN is rendered until E has earned the rest. A constant takes zero, tilt and weight,
-///            so that holds from some hundredths of a newton on.
+///            kSlopeForceN is rendered until E has earned the rest. A constant takes zero, tilt and weight, so
+///            that holds from some hundredths of a newton on.
 ///   lost     by the factor s = min((f/(K x) - 0.15)/0.2, (f/ε_f - 1)/2), 0 … 1, K the contact's own secant
 ///            stiffness followed over kSecantS: the reaction falls to a third of what this depth gave, or to
 ///            the threshold, and force with it. At s = 0 for kLostS there is no object any more, and the
@@ -91,10 +91,6 @@ class ContactEvidence {
   }
   /// Standard deviation of what a free tool reads on this rig, as far as it was seen.
   double noise_n() const noexcept { return std::clamp(std::sqrt(variance_n2_), kMinNoiseN, kMaxNoiseN); }
-  /// Noise beyond that of a usual sensor, for which thresholds are made; 0 up to kQuietNoiseN.
-  double excess_noise_n() const noexcept { return noise_n() > kQuietNoiseN ? noise_n() - kUsualNoiseN : 0.0; }
-  /// True if the noise is at least as much as is followed: hardly anything can be distinguished in it.
-  bool is_too_noisy() const noexcept { return variance_n2_ >= kMaxNoiseN * kMaxNoiseN; }
   /// What a sensor may read in free air at most, whatever the hand does.
   double max_free_force_n() const noexcept {
     return parameters_.unexplained_force_n + inertial_force_n(tool_mass_g_, kUnseenMmPerS2);
@@ -106,13 +102,9 @@ class ContactEvidence {
 
  private:
   static constexpr double kSlopeForceN = 0.25;  // below what free air may ever have
-  static constexpr double kGrownN = 0.015;      // in each of both fits
+  static constexpr double kGrownN = 0.015;  // in each of both fits
   static constexpr double kMinNoiseN = 0.001;
-  static constexpr double kMaxNoiseN = 0.025;
-  static constexpr double kUsualNoiseN = 0.004;
-  static constexpr double kQuietNoiseN = 0.006;
-  static constexpr double kMaxSeenN = 0.012;  // of one reading, or kMaxSeenDeviations: a jump is no noise
-  static constexpr double kMaxSeenDeviations = 3.0;
+  static constexpr double kMaxNoiseN = 0.02;
   static constexpr double kNoiseS = 0.5;
   static constexpr double kSustainedS = 0.010;  // filter and window of the acceleration
   static constexpr double kUnseenMmPerS2 = 25e3;

@@ -46,6 +46,7 @@ void BasicContactStage<Value>::count_missed_loads(const TickInterval& interval) 
 
 template <class Value>
 void BasicContactStage<Value>::follow_free_reading(const Input& now) noexcept {
+  noise_.update(residual_.prompt_force_n(), now.interval);
   const bool is_beyond = force_n_ >= detector_.threshold_n();
   if (is_beyond && parameters_.method == ContactMethod::kMatchedInertia) {
     is_zero_ = in_motion_.update(residual_.residual_n(), now.tip_mm, now.interval.s);
@@ -61,15 +62,8 @@ void BasicContactStage<Value>::follow_free_reading(const Input& now) noexcept {
   count_missed_loads(now.interval);
   const Value varies_n = residual_.prompt_force_n() - free_mean_n_;
   free_mean_n_ = free_mean_n_ + varies_n * (now.interval.s / (now.interval.s + kNoiseMeanS));
-  const Value second_difference_n = residual_.prompt_force_n() - earlier_n_[0] * 2.0 + earlier_n_[1];
-  earlier_n_ = {residual_.prompt_force_n(), earlier_n_[0]};
-  double one_n = magnitude(varies_n) / std::sqrt(stiffness_fit::components(Value{}));
-  if (is_beyond) {  // a load may change, but not from one tick to the next
-    constexpr double kOfSecondDifference = 6.0;
-    one_n =
-        magnitude(second_difference_n) / std::sqrt(kOfSecondDifference * stiffness_fit::components(Value{}));
-  }
-  evidence_.rest(now.acceleration_mm_per_s2, one_n, now.interval);
+  const double one_n = magnitude(varies_n) / std::sqrt(stiffness_fit::components(Value{}));
+  evidence_.rest(now.acceleration_mm_per_s2, is_beyond ? evidence_.noise_n() : one_n, now.interval);
 }
 
 template <class Value>
@@ -87,9 +81,8 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
     force_n_ = now.reaction_n;
     detector_.update(force_n_, now.depth_mm, now.contact_depth_mm);
   } else {
-    const double noise_n = evidence_.excess_noise_n();
-    residual_.set_excess_noise(noise_n);
-    detector_.set_excess_noise(noise_n);
+    residual_.set_excess_noise(noise_.excess_n());
+    detector_.set_excess_noise(noise_.excess_n());
     residual_.update(now.free_motion, in_contact());
     if (now.interval.is_gap) [[unlikely]] {
       // What was free stays free; an onset within the gap was not seen, and none is placed across it.
@@ -141,7 +134,7 @@ void BasicContactStage<Value>::judge(const ContactEvidence::Observation& now,
 template <class Value>
 double BasicContactStage<Value>::quiet_n() const noexcept {
   return parameters_.release_ratio * parameters_.threshold_n + residual_.seen_jerk_n() +
-         kQuietDeviations * evidence_.excess_noise_n();
+         kQuietDeviations * noise_.excess_n();
 }
 
 template <class Value>

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-
 #include "rt/friction/dahl.h"
 #include "rt/signal/vector.h"
 
@@ -11,15 +9,13 @@ namespace hapticd::rt {
 /// is between the command and the tip, 0.06 N on a small device, 0.2 N on a large one, and its sign is
 /// that of the last motion. Dahl's state follows that motion, so the compensation holds while the hand holds
 /// still and turns over a tenth of a millimetre when it turns back. It gives less than the friction it
-/// compensates, so device and compensation together stay dissipative. It comes in over kGrowS: all at once it
-/// would let the tool jump into what it has just met.
+/// compensates, so device and compensation together stay dissipative.
 /// `Value` is a number along a line or a vector in the rig frame.
 template <class Value>
 class BasicBackDriveCompensation {
  public:
   static constexpr double kShare = 0.8;
   static constexpr double kTurnOverMm = 0.1;
-  static constexpr double kGrowS = 0.1;
 
   /// Makes a compensation; it gives zero if the device's friction is unknown.
   explicit BasicBackDriveCompensation(double friction_n) noexcept
@@ -30,21 +26,15 @@ class BasicBackDriveCompensation {
     direction_ = dahl_step(direction_, step_mm, kTurnOverMm);
     return direction_ * force_n_;
   }
-  /// Share of that force to give, 0 … 1: at most `allowed`, to which it grows, and falls at once.
-  double share(double allowed, double s) noexcept { return share_ = std::min(allowed, share_ + s / kGrowS); }
   /// Friction against the motion, N, positive where the device moves forward.
   Value friction_n() const noexcept { return direction_ * device_friction_n_; }
-  void reset() noexcept {
-    direction_ = Value{};
-    share_ = 0.0;
-  }
+  void reset() noexcept { direction_ = Value{}; }
   bool is_on() const noexcept { return force_n_ > 0.0; }
 
  private:
   double device_friction_n_;
   double force_n_;
   Value direction_{};
-  double share_ = 0.0;
 };
 
 using BackDriveCompensation = BasicBackDriveCompensation<double>;

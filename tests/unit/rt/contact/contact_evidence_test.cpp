@@ -179,25 +179,6 @@ TEST(ContactEvidence, TheForceOfALastReactionFadesInsteadOfFlickering) {
   EXPECT_EQ(before, 0.0);
 }
 
-TEST(ContactEvidence, TheNoiseOfAFreeToolIsFollowedAndAJumpIsNone) {
-  const auto after = [](double noise_n, double seconds, double jump_n) {
-    ContactEvidence evidence(kParameters, kThresholdN, kToolG);
-    std::mt19937 random{3};
-    std::normal_distribution<double> normal{0.0, noise_n};
-    const int ticks = static_cast<int>(1000.0 * seconds);
-    for (int i = 0; i < ticks; ++i) {
-      evidence.rest(0.0, std::abs(normal(random)) + (i == ticks - 1 ? jump_n : 0.0), interval_at(1000.0));
-    }
-    return evidence;
-  };
-  EXPECT_NEAR(after(0.010, 4.0, 0.0).noise_n(), 0.010, 0.001);
-  EXPECT_NEAR(after(0.010, 4.0, 0.0).excess_noise_n(), 0.006, 0.001);
-  EXPECT_EQ(after(0.003, 4.0, 0.0).excess_noise_n(), 0.0) << "of a usual sensor";
-  EXPECT_NEAR(after(0.003, 4.0, 2.0).noise_n(), 0.003, 0.001) << "a jump";
-  EXPECT_FALSE(after(0.015, 4.0, 0.0).is_too_noisy());
-  EXPECT_TRUE(after(0.040, 10.0, 0.0).is_too_noisy());
-}
-
 TEST(ContactEvidence, NotRequiredItAllowsEverything) {
   EvidenceParameters published;
   published.required = false;

@@ -49,19 +49,6 @@ TEST(BackDriveCompensation, HoldsAtRestAndIsLessThanTheFriction) {
   EXPECT_EQ(compensation.update(0.0), 0.0);
 }
 
-TEST(BackDriveCompensation, ComesInSlowlyAndGoesAtOnce) {
-  BackDriveCompensation compensation(kFrictionN);
-  EXPECT_EQ(compensation.share(0.0, 1e-3), 0.0);
-  double share = 0.0;
-  for (int i = 0; i < 50; ++i) share = compensation.share(1.0, 1e-3);
-  EXPECT_NEAR(share, 0.05 / BackDriveCompensation::kGrowS, 1e-9);
-  EXPECT_EQ(compensation.share(0.2, 1e-3), 0.2) << "with the evidence of the contact";
-  for (int i = 0; i < 200; ++i) share = compensation.share(0.9, 1e-3);
-  EXPECT_EQ(share, 0.9);
-  compensation.reset();
-  EXPECT_LT(compensation.share(1.0, 1e-3), 0.02);
-}
-
 TEST(BackDriveCompensation, IsTheSameAlongALineAsInSpace) {
   BackDriveCompensation line(kFrictionN);
   BackDriveCompensation3 space(kFrictionN);
@@ -147,8 +134,7 @@ TEST(TapCompensation, WhatTheDevicesFrictionNoLongerBendsIsNoDisplacement) {
   const auto displacement_mm = [](const CompensationParameters& compensation) {
     Tapped scene(compensation, 8.5, true);
     scene.press(-2.0, -2.0, 200);
-    scene.press(-2.0, 4.0, 150);
-    return scene.press(4.0, 4.0, 50).displacement_mm;  // all of it has come in
+    return scene.press(-2.0, 4.0, 150).displacement_mm;
   };
   // The approaching hand drags the motors by 0.2 N through the structure, in contact by a fifth of it: the
   // encoders go on by what that bent, the tip does not.
