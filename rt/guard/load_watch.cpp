@@ -209,10 +209,7 @@ void LoadWatch::look_for_object(const Load& load, const hal::Quaternion& to_rig)
   constexpr double kNoiseN = 0.003;
   constexpr double kLowestNPerMm = 0.02;
   constexpr double kGrownN = 0.02;
-  constexpr double kFlatMm = 0.4;
   if (filled_ < 2 * kHalf + 1) return;
-  // What the reading grew with before has been left if it has stayed what it is since.
-  if (has_stretch_ && exceeds(before(0).tip_mm - stretch_tip_mm_, kFlatMm)) return fit_.reset();
   // The reading pushes the tip back, against the way it came.
   fit_.add(rotated(to_rig, load.steady_n) * -1.0, before(kHalf).tip_mm, load.acceleration_mm_per_s2);
   if (!fit_.shows_object(kNoiseN, kLowestNPerMm, kGrownN)) return;

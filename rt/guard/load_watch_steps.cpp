@@ -78,25 +78,22 @@ bool LoadWatch::find_step() noexcept {
   const hal::Vector3 mean_before = (reading(6) + reading(7) + reading(8)) * (1.0 / 3.0);
   const hal::Vector3 zero = zero_n();
   const bool was_loaded = exceeds(mean_before - zero, kLoadN);
-  // An object that is met in the same slots changes the reading as well, and goes on to.
-  const bool is_met = !was_loaded && exceeds(slope_after, kFlatN / kAfter);
-  const bool has_reaction = was_loaded || is_met;
   // A slot that is much longer hides what a reaction did in it.
-  if (has_reaction && !are_even(kStepSlots)) return false;
+  if (was_loaded && !are_even(kStepSlots)) return false;
   const double apart =
       (0.25 * (at_s[0] + at_s[1] + at_s[2] + at_s[3]) - (at_s[6] + at_s[7] + at_s[8]) * (1.0 / 3.0)) / slot_s;
   hal::Vector3 step_n = mean_after - mean_before;
-  if (has_reaction) step_n = step_n - (slope_after + slope_before) * (0.5 * apart);
+  if (was_loaded) step_n = step_n - (slope_after + slope_before) * (0.5 * apart);
   const double size_n = norm(step_n);
-  if (size_n < (has_reaction ? kLoadedStepN : kStepN)) return false;
+  if (size_n < (was_loaded ? kLoadedStepN : kStepN)) return false;
   // Two steep lines may miss each other although nothing stepped, as on an arm that swings.
   if (dot(reading(kAfter - 1) - reading(kAfter + 2), step_n) < kSeenShare * size_n * size_n) return false;
   const double flat_n = kFlatN + kFlatShare * size_n;
   // An orientation that jumps, not the sensor.
   if (exceeds(before(0).weight_n - before(8).weight_n, 0.5 * kStepN)) return false;
-  // A reaction may change meanwhile: then it is flat in the direction of the step itself.
+  // Under a load, which may change meanwhile, what the step itself points to is flat.
   const auto bent_n = [&](const hal::Vector3& v) {
-    return has_reaction ? std::abs(dot(v, step_n)) / size_n : norm(v);
+    return was_loaded ? std::abs(dot(v, step_n)) / size_n : norm(v);
   };
   if (bent_n(slope_after - slope_before) > flat_n / kAfter) return false;
   if (bent_n(off_line(1, 0, 3) + off_line(2, 0, 3)) > 2.0 * flat_n) return false;

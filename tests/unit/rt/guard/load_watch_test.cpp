@@ -94,20 +94,6 @@ class Tool {
   std::normal_distribution<double> noise_{0.0, 0.003};
 };
 
-TEST(LoadWatch, AJumpInTheTickOfATouchIsNoticed) {
-  Tool tool;
-  tool.settle();
-  tool.rest();
-  tool.zero_n.x += 0.5;
-  for (int i = 0; i < 8; ++i) {
-    tool.load_n.z += 0.05;
-    tool.tick();
-  }
-  EXPECT_EQ(tool.watch.jump_count(), 1U);
-  EXPECT_NEAR(tool.watch.jump_n().x, 0.5, 0.05);
-  EXPECT_LT(std::abs(tool.watch.jump_n().z), 0.1) << "the reaction is not part of it";
-}
-
 TEST(LoadWatch, ABiasIsProvenByMotionInFreeAirAndNotByRest) {
   Tool tool;
   tool.run(2.0);
