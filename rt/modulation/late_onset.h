@@ -23,9 +23,8 @@ namespace hapticd::rt {
 class LateOnset {
  public:
   static constexpr double kFadeShare = 0.3;
-  static constexpr double kHoldS = 0.5;
-  static constexpr double kHoldMmPerS = 1.0;  ///< slower is a hold, in the mean over kSpeedS
-  static constexpr double kSpeedS = 0.1;      ///< in which even a slow tool passes some steps of an encoder
+  static constexpr double kHoldS = 0.2;
+  static constexpr double kHoldMmPerS = 3.0;  ///< slower is a hold
 
   /// Resets: no contact, or a new one.
   void reset() noexcept { *this = {}; }
@@ -37,11 +36,9 @@ class LateOnset {
     target_n_ = std::max(0.0, target_n);
     if (!has_begun_) {
       has_begun_ = true;
-      speed_mm_per_s_ = std::abs(speed_mm_per_s);
       begin_with(target_n - reaction_n);
     } else {
-      speed_mm_per_s_ += (std::abs(speed_mm_per_s) - speed_mm_per_s_) * (s / (s + kSpeedS));
-      const double held = std::max(0.0, 1.0 - speed_mm_per_s_ / kHoldMmPerS);
+      const double held = std::max(0.0, 1.0 - std::abs(speed_mm_per_s) / kHoldMmPerS);
       late_n_ /= 1.0 + held * s / kHoldS;
     }
     return missing_n();
@@ -58,7 +55,6 @@ class LateOnset {
   bool has_begun_ = false;
   double late_n_ = 0.0;    ///< D
   double target_n_ = 0.0;  ///< f~
-  double speed_mm_per_s_ = 0.0;
 };
 
 }  // namespace hapticd::rt

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -45,24 +46,12 @@ TEST(LateOnset, AHoldEndsExactAndADeepPressIsExactBeforeIt) {
   Press press;
   for (double x_mm = 0.0; x_mm < 1.0; x_mm += 0.02) press.felt_n(x_mm, 20.0);
   EXPECT_GT(press.late.missing_n(), 0.03);
-  for (int i = 0; i < 4000; ++i) press.felt_n(1.0, 0.0);
+  for (int i = 0; i < 2000; ++i) press.felt_n(1.0, 0.0);
   EXPECT_NEAR(press.felt_n(1.0, 0.0), 0.7, 1e-3);
 
   Press deep;
   for (double x_mm = 0.0; x_mm < 5.0; x_mm += 0.02) deep.felt_n(x_mm, 20.0);
   EXPECT_NEAR(deep.felt_n(5.0, 20.0), 3.5, 1e-9);
-}
-
-// An encoder of 0.03 mm shows a tool of 1.5 mm/s as 3 mm/s for half of the time, and as none for the rest.
-TEST(LateOnset, ASlowPressSeenInStepsIsNoHold) {
-  Press press;
-  press.late_mm = 0.8;
-  for (double x_mm = 0.0; x_mm < 1.0; x_mm += 0.02) press.felt_n(x_mm, 20.0);
-  press.felt_n(1.0, 20.0);
-  const double missing_n = press.late.missing_n();
-  EXPECT_GT(missing_n, 0.1);
-  for (int i = 0; i < 400; ++i) press.felt_n(1.0, i % 20 < 10 ? 3.0 : 0.0);
-  EXPECT_NEAR(press.late.missing_n(), missing_n, 1e-9);
 }
 
 TEST(LateOnset, OnTheWayBackNothingPullsTheHand) {
@@ -77,11 +66,9 @@ TEST(LateOnset, TheWayBackGivesTheHandNoMoreThanTheWayInTook) {
   Press press;
   std::vector<double> in_n;
   for (std::size_t i = 0; i <= 100; ++i) in_n.push_back(press.felt_n(0.02 * static_cast<double>(i), 20.0));
-  for (std::size_t i = 100; i > 20; --i)
-    EXPECT_NEAR(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i], 1e-12) << i;
+  for (std::size_t i = 100; i > 20; --i) EXPECT_NEAR(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i], 1e-12) << i;
   // If nothing was rendered on the way in, no more than the target's own force is on the way out.
-  for (std::size_t i = 21; i-- > 0;)
-    EXPECT_LE(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i] + 1e-12) << i;
+  for (std::size_t i = 21; i-- > 0;) EXPECT_LE(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i] + 1e-12) << i;
 }
 
 TEST(LateOnset, WhatABoundHeldBackComesWithoutAStep) {
