@@ -576,8 +576,6 @@ def test_only_a_console_calls_on_behalf_of_others(daemon: Any, console: Any, tmp
 @pytest.mark.skipif(os.geteuid() != 0, reason="needs to be several users")
 def test_over_the_unix_socket_the_user_decides_who_is_a_console(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
     daemon = start_daemon("--model-store", ":memory:", *configuration(tmp_path, '[console]\nuser = "daemon"\n'))
-    for folder in (tmp_path, *list(tmp_path.parents)[:3]):
-        folder.chmod(0o755)
     (tmp_path / "d.sock").chmod(0o666)
     forge = (
         "import grpc, sys; from hapticd.v1 import access_pb2 as a\n"
@@ -591,6 +589,8 @@ def test_over_the_unix_socket_the_user_decides_who_is_a_console(start_daemon: An
     )
 
     def as_user(name: str) -> list[str]:
+        for folder in (tmp_path, *list(tmp_path.parents)[:3]):  # other runs of pytest close its folders again
+            folder.chmod(0o755)
         ran = subprocess.run(["setpriv", f"--reuid={name}", "--regid=nogroup", "--clear-groups", "/usr/bin/python3", "-c", forge],
                              check=True, capture_output=True, text=True)  # fmt: skip
         return ran.stdout.split()
