@@ -221,7 +221,10 @@ void GrpcServer::State::add_services(SafetyLatch& latch) {
   add("SimulationService", simulation);
   add("IdentificationService", identification);
   add("CalibrationService", calibration);
-  add("TurntableService", turntable);
+  add("TurntableService", turntable,
+      gated_unary<v1::StopTurntableRequest, v1::TurntableStatus>(
+          *gate, "TurntableService", "StopTurntable",
+          [this](auto*... call) { return turntable.StopTurntable(call...); }));
   add("GuideService", guide);
   add("PresentationService", presentation);
   add("ExperimentService", experiment);
@@ -239,36 +242,22 @@ void GrpcServer::State::add_services(SafetyLatch& latch) {
             if (!ConnectionTable::is_denied(context.peer())) latch.stop();
           }),
       gated_unary<v1::ClearRequest, v1::ClearResponse>(
-          *gate, "SafetyService", "Clear",
-          [this](Context* context, const v1::ClearRequest* request, v1::ClearResponse* response) {
-            return safety.Clear(context, request, response);
-          }));
+          *gate, "SafetyService", "Clear", [this](auto*... call) { return safety.Clear(call...); }));
   add("TelemetryService", telemetry,
-      gated_stream(*gate, "TelemetryService", "Subscribe", [this](Context* context, const Bytes* request) {
-        return telemetry.Subscribe(context, request);
-      }));
-  add("PoseService", pose,
-      gated_stream(*gate, "PoseService", "Subscribe", [this](Context* context, const Bytes* request) {
-        return pose.Subscribe(context, request);
+      gated_stream(*gate, "TelemetryService", "Subscribe",
+                   [this](auto*... call) { return telemetry.Subscribe(call...); }));
+  add("PoseService", pose, gated_stream(*gate, "PoseService", "Subscribe", [this](auto*... call) {
+        return pose.Subscribe(call...);
       }));
   add("LeaseService", lease,
       gated_unary<v1::RenewLeaseRequest, v1::Lease>(
-          *gate, "LeaseService", "RenewLease",
-          [this](Context* context, const v1::RenewLeaseRequest* request, v1::Lease* response) {
-            return lease.RenewLease(context, request, response);
-          }));
+          *gate, "LeaseService", "RenewLease", [this](auto*... call) { return lease.RenewLease(call...); }));
   add("WatchdogService", watchdog,
       gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
-          *gate, "WatchdogService", "CheckIn",
-          [this](Context* context, const v1::CheckInRequest* request, v1::CheckInResponse* response) {
-            return watchdog.CheckIn(context, request, response);
-          }));
+          *gate, "WatchdogService", "CheckIn", [this](auto*... call) { return watchdog.CheckIn(call...); }));
   add("ClockService", clock,
       gated_unary<v1::ExchangeRequest, v1::ExchangeResponse>(
-          *gate, "ClockService", "Exchange",
-          [this](Context* context, const v1::ExchangeRequest* request, v1::ExchangeResponse* response) {
-            return clock.Exchange(context, request, response);
-          }));
+          *gate, "ClockService", "Exchange", [this](auto*... call) { return clock.Exchange(call...); }));
 }
 
 void GrpcServer::State::start_relays(std::unique_ptr<TlsServer> tls, const RolePolicy& policy) {

@@ -53,6 +53,13 @@ ServedCall* served_call() {
   return this_threads_call;
 }
 
+grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext& context, const grpc::Status& status) {
+  if (ServedCall* call = served_call()) call->note_end(status, std::nullopt);
+  grpc::ServerUnaryReactor* reactor = context.DefaultReactor();
+  reactor->Finish(status);
+  return reactor;
+}
+
 ServedCallScope::ServedCallScope(ServedCall& call) : before_(std::exchange(this_threads_call, &call)) {}
 
 ServedCallScope::~ServedCallScope() {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/server_callback.h>
 #include <grpcpp/support/status.h>
 
 #include <cstdint>
@@ -39,6 +41,10 @@ struct ServedCall {
 
 /// The call that this thread serves; nullptr outside of one.
 ServedCall* served_call();
+
+/// Ends a call of the callback interface: notes how the one that this thread serves ended, and sends the
+/// answer.
+grpc::ServerUnaryReactor* finish(grpc::CallbackServerContext& context, const grpc::Status& status);
 
 /// Makes a call the one that this thread serves.
 class ServedCallScope {

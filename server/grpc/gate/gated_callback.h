@@ -24,14 +24,9 @@ GatedCallback gated_unary(const AccessGate& gate, const char* service, const cha
       [&gate, row, serve](grpc::CallbackServerContext* context, const Request* request,
                           Response* response) -> grpc::ServerUnaryReactor* {
         ServedCall call;
-        if (const auto refusal = gate.admit(row, *context, call)) {
-          call.note_end(to_status(*refusal), std::nullopt);
-          grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-          reactor->Finish(call.status);
-          return reactor;
-        }
+        const auto refusal = gate.admit(row, *context, call);
         const ServedCallScope scope(call);
-        return serve(context, request, response);
+        return refusal ? finish(*context, to_status(*refusal)) : serve(context, request, response);
       });
   return {method, std::move(handler), std::is_same_v<Request, grpc::ByteBuffer>};
 }

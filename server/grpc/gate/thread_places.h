@@ -29,7 +29,7 @@ struct ThreadPlaces {
 grpc::Status end_without_place(grpc_call* call, const PlacedCall& place, const char* where);
 
 /// Holds a place for a stream of reflection, and ends one that finds none. nullptr for all other calls.
-/// `connections` tells whose call it is.
+/// `connections`: to find the identity of its client.
 std::unique_ptr<grpc::experimental::Interceptor> place_of_reflection(grpc::experimental::ServerRpcInfo& call,
                                                                      const ConnectionTable& connections,
                                                                      SharedPlaces& places);

@@ -77,14 +77,10 @@ grpc::Status LeaseService::TakeLease(grpc::ServerContext* context, const v1::Tak
 
 grpc::ServerUnaryReactor* LeaseService::RenewLease(grpc::CallbackServerContext* context,
                                                    const v1::RenewLeaseRequest*, v1::Lease* response) {
-  ServedCall& call = *served_call();
+  const ServedCall& call = *served_call();
   const auto lease = desk_.renew(call.who, call.token);
   if (lease) fill(*lease, *response);
-  const grpc::Status status = lease ? grpc::Status::OK : to_status(lease.refusal());
-  call.note_end(status, std::nullopt);
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(status);
-  return reactor;
+  return finish(*context, lease ? grpc::Status::OK : to_status(lease.refusal()));
 }
 
 grpc::Status LeaseService::ReturnLease(grpc::ServerContext*, const v1::ReturnLeaseRequest*,

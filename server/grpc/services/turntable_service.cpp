@@ -4,6 +4,7 @@
 
 #include "hal/turntable.h"
 #include "server/grpc/calls/call.h"
+#include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/part_messages.h"
 #include "server/grpc/messages/status.h"
 #include "server/turntable/turntable_host.h"
@@ -131,9 +132,10 @@ grpc::Status TurntableService::MoveTo(grpc::ServerContext* context, const v1::Mo
   return end ? grpc::Status::OK : to_status(end.refusal());
 }
 
-grpc::Status TurntableService::StopTurntable(grpc::ServerContext*, const v1::StopTurntableRequest*,
-                                             v1::TurntableStatus* response) {
-  return answer(host_.stop(), response);
+grpc::ServerUnaryReactor* TurntableService::StopTurntable(grpc::CallbackServerContext* context,
+                                                          const v1::StopTurntableRequest*,
+                                                          v1::TurntableStatus* response) {
+  return finish(*context, answer(host_.stop(), response));
 }
 
 grpc::Status TurntableService::ClearAlarm(grpc::ServerContext* context, const v1::ClearAlarmRequest*,

@@ -6,7 +6,10 @@ namespace hapticd::server {
 
 class TurntableHost;
 
-class TurntableService final : public v1::TurntableService::Service {
+/// StopTurntable uses the callback interface: it needs no thread of the pool, which other calls may have used
+/// up.
+class TurntableService final
+    : public v1::TurntableService::WithCallbackMethod_StopTurntable<v1::TurntableService::Service> {
  public:
   explicit TurntableService(TurntableHost& host) : host_(host) {}
 
@@ -16,8 +19,9 @@ class TurntableService final : public v1::TurntableService::Service {
                     grpc::ServerWriter<v1::TurntableStatus>* writer) override;
   grpc::Status MoveTo(grpc::ServerContext* context, const v1::MoveToRequest* request,
                       grpc::ServerWriter<v1::TurntableStatus>* writer) override;
-  grpc::Status StopTurntable(grpc::ServerContext* context, const v1::StopTurntableRequest* request,
-                             v1::TurntableStatus* response) override;
+  grpc::ServerUnaryReactor* StopTurntable(grpc::CallbackServerContext* context,
+                                          const v1::StopTurntableRequest* request,
+                                          v1::TurntableStatus* response) override;
   grpc::Status ClearAlarm(grpc::ServerContext* context, const v1::ClearAlarmRequest* request,
                           v1::TurntableStatus* response) override;
   grpc::Status Engage(grpc::ServerContext* context, const v1::EngageRequest* request,

@@ -24,14 +24,10 @@ grpc::ServerUnaryReactor* WatchdogService::CheckIn(grpc::CallbackServerContext* 
     response->set_counted(answer->counted);
     response->set_timeout_ms(answer->timeout_ms);
   }
-  const grpc::Status status = answer ? grpc::Status::OK : to_status(answer.refusal());
   if (ServedCall* call = served_call()) {
     call->arguments = "endpoint: \"" + shortened(request->endpoint(), kMaxEndpointName) + "\"";
-    call->note_end(status, std::nullopt);
   }
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(status);
-  return reactor;
+  return finish(*context, answer ? grpc::Status::OK : to_status(answer.refusal()));
 }
 
 grpc::Status WatchdogService::GetWatchdog(grpc::ServerContext*, const v1::GetWatchdogRequest*,

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "hapticd/v1/access.grpc.pb.h"
+#include "hapticd/v1/turntable.grpc.pb.h"
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
@@ -321,6 +322,11 @@ TEST(Flood, OfUnreadAnswersLeavesThreadsToOthers) {
   v1::Lease renewed;
   const grpc::Status renews = lease->RenewLease(renewal.get(), {}, &renewed);
   EXPECT_TRUE(renews.ok()) << renews.error_message();
+  v1::TurntableStatus table;
+  const auto turntable = v1::TurntableService::NewStub(client.channel);
+  const grpc::Status halt = turntable->StopTurntable(call_context().get(), {}, &table);
+  EXPECT_EQ(halt.error_code(), grpc::StatusCode::FAILED_PRECONDITION)
+      << "there is none, but it was asked: " << halt.error_message();
   // A console may call for others.
   const auto other = v1::RigService::NewStub(connect("unix:" + folder.path("sock")));
   const auto on_behalf = call_context();
