@@ -73,7 +73,7 @@ void ContactEvidence::follow_support(const Observation& now, double s) noexcept 
 void ContactEvidence::update(const Observation& now, const TickInterval& interval) noexcept {
   const double s = interval.s;
   follow_acceleration(now.acceleration_mm_per_s2, s);
-  if (goal_ < 1.0) {  // there is no more to earn
+  if (goal_ < 1.0) {  // else all is earned
     const double inertia_n = inertial_force_n(tool_mass_g_, acceleration_mm_per_s2_);
     const double evidence_n = now.reaction_n - parameters_.unexplained_force_n - inertia_n;
     const double at_once_n = evidence_n - inertial_force_n(tool_mass_g_, kUnseenMmPerS2);

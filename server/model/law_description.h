@@ -32,8 +32,8 @@ void describe(A& archive, rt::MaxwellSlipParameters& elements) {
   archive.field("stiffness_per_mm", stiffness_per_mm, Range{0.0, 1e4, "1/mm"});
 }
 
-/// What every friction has. The rest is optional in a model file; and how well the presliding distance is
-/// known is a key there, but one of the parameters of a stored model.
+/// Fields that every friction law has. The others are optional in a model file. The deviation of the presliding
+/// distance is a key of its section there, and one of the parameters in a stored model.
 template <class A>
 void describe(A& archive, rt::FrictionParameters& friction) {
   auto& [kinetic, presliding_mm, viscous, exponent, maxwell_slip, presliding_relative_error] = friction;

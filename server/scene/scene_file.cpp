@@ -208,8 +208,7 @@ void heights_field(TomlTable& surface, rt::SurfaceMapParameters& map) {
   constexpr std::size_t kMost = rt::SurfaceMapParameters::kMaxSide * rt::SurfaceMapParameters::kMaxSide;
   surface.read("heights_mm", map.heights_mm, kPositionMm, kMost);
 }
-/// Writes a line for each row; one height in each if there are no columns: such a map is refused after it is
-/// written.
+/// Writes a line for each row. A map without columns, which is refused later, gets one height in each.
 void heights_field(TomlWriter& surface, const rt::SurfaceMapParameters& map) {
   const std::uint32_t columns = std::max<std::uint32_t>(1, map.columns);
   std::string rows;

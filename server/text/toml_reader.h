@@ -80,7 +80,7 @@ class TomlTable {
     if (const auto index = choice(key, texts)) value = words[*index].value;
   }
 
-  // What describes a section for a TomlWriter too.
+  // The functions of TomlWriter too, so that one description of a section reads and writes it.
 
   /// Reads as read() does.
   void field(std::string_view key, std::string& value, std::size_t longest = 1024) {
@@ -91,7 +91,7 @@ class TomlTable {
                                                            const Limits&... limits) {
     read(key, value, limits...);
   }
-  /// Reads the key if it is there; otherwise there is no value, as before.
+  /// Reads the key if it is there; leaves `value` as it is otherwise.
   template <class Value>
   void field(std::string_view key, std::optional<Value>& value, const Range& range) {
     if constexpr (std::is_same_v<Value, double>) {

@@ -52,7 +52,7 @@ class TomlWriter {
     }
     line(key, "[" + list + "]");
   }
-  /// Writes nothing if there is no value.
+  /// Writes the key if it has a value.
   template <class Value>
   void field(std::string_view key, const std::optional<Value>& value, const Range& range) {
     if (value) field(key, *value, range);

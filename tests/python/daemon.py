@@ -37,7 +37,7 @@ class Daemon(Program):
     """hapticd, and where it listens."""
 
     def __init__(self, folder: Path, *options: str, rig: str = "sim", speed: float = 1.0) -> None:
-        """speed: how fast the rig's own time runs; other than 1 it is set by a configuration, so there is no other one."""
+        """speed: how fast the rig's own time runs. Any but 1 takes the place of a configuration, so none may be given then."""
         if speed != 1.0:
             configuration = folder / "speed.toml"
             configuration.write_text(f"[rig.sim]\nspeed = {speed}\n")

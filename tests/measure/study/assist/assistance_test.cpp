@@ -421,7 +421,7 @@ TEST(PresentationWatch, AContactThatFlickersIsTheSame) {
   EXPECT_NE(watch.summary().broken & rt::watch_bit::kContactSpeed, 0U);
 }
 
-// Brushed for a moment, an object is felt as it is: whoever judges it then has not felt the target.
+// An object that is brushed for a moment is felt as it is. A participant who judges it has not felt the target.
 TEST(PresentationWatch, ABriefTouchIsNoPresentation) {
   const auto flaws_after = [](int ticks_touched) {
     rt::PresentationWatch watch({}, {0.0, 0.0, -1.0}, 1000.0);

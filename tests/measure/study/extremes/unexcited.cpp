@@ -92,7 +92,7 @@ double tracked(const Effort& effort) {
 
 }  // namespace
 
-/// What rest has not spoilt errs by 10 % at most once it is excited again.
+/// An estimator that rest has not spoilt errs by 10 % at most, once it is excited again.
 ExtremeGroup unexcited_extremes() {
   const auto extreme = [](const char* stage, double (*measure)(const Effort&)) {
     return Extreme{stage,
