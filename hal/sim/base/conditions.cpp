@@ -22,6 +22,8 @@ constexpr std::array kFields{
     ConditionField{"sensor_step_interval_s", &C::sensor_step_interval_s, 0.01, 3600.0, "s", 5.0, "assumed"},
     ConditionField{"sensor_crosstalk_share", &C::sensor_crosstalk_share, 0.0, 0.1, "1", 0.01,
                    "data sheet: error within 1 … 1.75 % of full scale"},
+    ConditionField{"sensor_noise_n", &C::sensor_noise_n, 0.0, 0.1, "N", 0.0,
+                   "assumed: a long cable, or motors that the amplifier hears"},
     ConditionField{"bias_error_x_n", &C::bias_error_x_n, -1.0, 1.0, "N", 0.0, "load during biasing"},
     ConditionField{"bias_error_y_n", &C::bias_error_y_n, -1.0, 1.0, "N", 0.0, "load during biasing"},
     ConditionField{"bias_error_z_n", &C::bias_error_z_n, -1.0, 1.0, "N", 0.0, "load during biasing"},

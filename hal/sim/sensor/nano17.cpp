@@ -28,6 +28,7 @@ double digitise(double load, double range, double resolution, bool& saturated) n
 Nano17::Nano17(double tool_mass_kg, std::uint64_t seed, const Conditions& conditions, double step_s,
                bool samples_wait)
     : info_{"nano17_si_25", kRangeAlongN, kResolutionN, 10000.0, 1e3 * tool_mass_kg},
+      noise_n_(std::hypot(kNoiseN, conditions.sensor_noise_n * std::sqrt(1e-3 / step_s))),
       zero_(conditions, seed, step_s),
       step_ns_(std::llround(1e9 * step_s)),
       delay_ns_(std::llround(1e6 * conditions.sensor_delay_ms)),
@@ -44,7 +45,7 @@ void Nano17::measure(const hal::Vector3& force_n) noexcept {
 
 hal::Vector3 Nano17::reading_n(const hal::Vector3& force_n) noexcept {
   const auto channel = [&](double load_n, double range_n) {
-    return digitise(load_n + kNoiseN * random_.normal(), range_n, kResolutionN, saturated_);
+    return digitise(load_n + noise_n_ * random_.normal(), range_n, kResolutionN, saturated_);
   };
   hal::Vector3 load_n = force_n;
   if (zero_.active()) {

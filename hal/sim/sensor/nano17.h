@@ -57,6 +57,7 @@ class Nano17 {
   void deliver(const Arrival& arrival) noexcept;
 
   hal::SensorInfo info_;
+  double noise_n_;  ///< of one sample, each axis
   SensorZero zero_;
   std::int64_t step_ns_;
   std::int64_t delay_ns_;

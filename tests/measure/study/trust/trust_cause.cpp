@@ -248,6 +248,14 @@ std::vector<TrustCause> make_causes() {
   on_object(
       "slid_off_its_edge", TrustMotion::kStroke,
       [](SimulationConfig& rig, double) { rig.hold.edge_mm = 12.0; }, true);
+  const Apply noisy = [](SimulationConfig& rig, double mn) { set(rig, "sensor_noise_n", 1e-3 * mn); };
+  add("sensor_noise", {5, 10, 15, 20}, "mN", noisy, {10, 20});
+  const std::size_t noisy_touched = all.size();
+  add("sensor_noise_touched", {5, 10, 15, 20}, "mN", noisy, {10, 20});
+  for (std::size_t i = noisy_touched; i < all.size(); ++i) {
+    all[i].motion = TrustMotion::kPressOften;
+    all[i].needs_object = true;
+  }
   return all;
 }
 

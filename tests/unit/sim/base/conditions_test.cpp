@@ -165,6 +165,19 @@ TEST(SensorZero, CrossTalkIsAShareOfTheLoadInTheOtherAxes) {
   EXPECT_NEAR(is.z, 0.0, 0.02);
 }
 
+TEST(SensorZero, NoiseIsThatOfAMeanOverAMillisecond) {
+  VirtualRig rig(with({{"sensor_noise_n", 0.02}}));
+  rig.run(0.5);
+  double sum = 0.0;
+  constexpr int kTicks = 2000;
+  for (int i = 0; i < kTicks; ++i) {
+    rig.run(1e-3);
+    const hal::Vector3& f = rig.sample().sensor_force_n;
+    sum += f.x * f.x + f.y * f.y + f.z * f.z;
+  }
+  EXPECT_NEAR(std::sqrt(sum / (3.0 * kTicks)), 0.0201, 0.001);
+}
+
 TEST(SensorZero, AtRestCrossTalkIsBiasedAway) {
   VirtualRig rig(with({{"sensor_crosstalk_share", 0.1}}));
   rig.run(1.0);
