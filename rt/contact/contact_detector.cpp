@@ -64,7 +64,7 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
   const double magnitude = std::abs(force_n);
   const double clearance_mm = parameters_.release_clearance_mm;
   if (in_contact_) {
-    ticks_below_ = magnitude < parameters_.release_ratio * parameters_.threshold_n ? ticks_below_ + 1 : 0;
+    ticks_below_ = magnitude < parameters_.release_ratio * threshold_n() ? ticks_below_ + 1 : 0;
     if (ticks_below_ >= release_ticks_) {
       release(ContactReason::kBelowRelease);
     } else if (depth_mm < contact_depth_mm - clearance_mm) {
@@ -75,7 +75,7 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
     return in_contact_;
   }
 
-  const bool above = magnitude > parameters_.threshold_n + uncertain_n;
+  const bool above = magnitude > threshold_n() + uncertain_n;
   ticks_free_ = above ? 0 : ticks_free_ + 1;
   if (is_waiting()) {
     // What stays beyond all that a sensor may read of nothing is something after all, of unknown depth.

@@ -40,6 +40,10 @@ class ContactDetector {
   /// of an object that is met. Returns the state after this tick.
   bool update(double force_n, double depth_mm, double contact_depth_mm, double uncertain_n = 0.0,
               bool may_begin = true) noexcept;
+  /// The sensor is noisier than a quiet one, by so much: the threshold is that much higher.
+  void set_excess_noise(double noise_n) noexcept { noise_n_ = noise_n; }
+  /// ε_f on this sensor.
+  double threshold_n() const noexcept { return parameters_.threshold_n + noise_n_; }
   /// Declares contact from this tick on: a contact law knows of an onset that was missed.
   void declare() noexcept;
   /// Withdraws the contact: there was no object, and the tip is free once the force has been within ε_f. A
@@ -66,7 +70,7 @@ class ContactDetector {
   /// was taken for a contact turned out not to be one.
   bool zero_shows(double force_n) const noexcept {
     if (reason_ == ContactReason::kWithdrawn) return force_n < ZeroTracker::kMaxErrorN;
-    return is_free() && ticks_disturbed_ == 0 && force_n < parameters_.threshold_n;
+    return is_free() && ticks_disturbed_ == 0 && force_n < threshold_n();
   }
   /// Contacts so far that turned out to be none.
   std::uint32_t withdrawn_count() const noexcept { return withdrawn_count_; }
@@ -95,6 +99,7 @@ class ContactDetector {
   std::uint32_t ringing_ticks_;
   std::uint32_t landing_ticks_;
   double evident_n_;
+  double noise_n_ = 0.0;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   bool in_contact_ = false;
   bool recently_released_ = false;

@@ -46,7 +46,7 @@ void BasicContactStage<Value>::count_missed_loads(const TickInterval& interval) 
 
 template <class Value>
 void BasicContactStage<Value>::follow_free_reading(const Input& now) noexcept {
-  const bool is_beyond = force_n_ >= parameters_.threshold_n;
+  const bool is_beyond = force_n_ >= detector_.threshold_n();
   if (is_beyond && parameters_.method == ContactMethod::kMatchedInertia) {
     is_zero_ = in_motion_.update(residual_.residual_n(), now.tip_mm, now.interval.s);
   } else {
@@ -80,6 +80,12 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
     force_n_ = now.reaction_n;
     detector_.update(force_n_, now.depth_mm, now.contact_depth_mm);
   } else {
+    // What noise itself was taken for, is learnt from as well.
+    if (!in_contact() || !evidence_.proven()) {
+      noise_.update(now.free_motion.force_n, now.free_motion.force_ns);
+    }
+    residual_.set_excess_noise(noise_.excess_n());
+    detector_.set_excess_noise(noise_.excess_n());
     residual_.update(now.free_motion, in_contact());
     if (now.interval.is_gap) [[unlikely]] {
       // What was free stays free; an onset within the gap was not seen, and none is placed across it.
@@ -130,7 +136,8 @@ void BasicContactStage<Value>::judge(const ContactEvidence::Observation& now,
 
 template <class Value>
 double BasicContactStage<Value>::quiet_n() const noexcept {
-  return parameters_.release_ratio * parameters_.threshold_n + residual_.seen_jerk_n();
+  return parameters_.release_ratio * parameters_.threshold_n + residual_.seen_jerk_n() +
+         kQuietDeviations * noise_.excess_n();
 }
 
 template <class Value>

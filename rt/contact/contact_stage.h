@@ -6,6 +6,7 @@
 #include "rt/contact/contact_onset.h"
 #include "rt/contact/free_motion_residual.h"
 #include "rt/contact/reading_in_motion.h"
+#include "rt/signal/reading_noise.h"
 #include "rt/signal/tick_interval.h"
 
 namespace hapticd::rt {
@@ -87,8 +88,11 @@ class BasicContactStage {
   const Value& residual_n() const noexcept { return residual_.residual_n(); }
   /// True if residual_n() is the zero's although it is beyond the threshold: it stays what it is in motion.
   bool zero_shows_in_motion() const noexcept { return is_zero_; }
-  /// True if it has been waiting in motion for so long, or over so many loads, that the sensor's zero must be wrong.
+  /// True if it has been waiting in motion for so long, or over so many loads, that the sensor's zero must be
+  /// wrong.
   bool waits_in_motion() const noexcept { return waiting_s_ > kWaitingS || missed_loads_ >= kMissedLoads; }
+  /// True if the sensor is too noisy for a contact to be told from it.
+  bool is_too_noisy() const noexcept { return noise_.is_too_much(); }
 
  private:
   /// What a force in free motion may be after all.
@@ -120,13 +124,15 @@ class BasicContactStage {
   static constexpr double kMissedN = 0.3;
   static constexpr double kMissedS = 0.3;
   static constexpr int kMissedLoads = 2;
-  static constexpr double kNoiseMeanS = 0.01;  // what changes more slowly, the slope's acceleration takes
+  static constexpr double kQuietDeviations = 2.5;  // of a single reading's noise
+  static constexpr double kNoiseMeanS = 0.01;      // what changes more slowly, the slope's acceleration takes
 
   BasicReadingInMotion<Value> in_motion_;
   bool is_zero_ = false;
   double waiting_s_ = 0.0;
   double load_s_ = 0.0;  ///< how long the present load has lasted
   int missed_loads_ = 0;
+  BasicReadingNoise<Value> noise_;
   Value free_mean_n_{};  ///< of what a free tool reads, of late
   double force_n_ = 0.0;
   int unproven_ = 0;

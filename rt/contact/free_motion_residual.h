@@ -69,9 +69,12 @@ class BasicFreeMotionResidual {
   /// Starts with the last sample alone: those before it came from before a gap.
   void start_free() noexcept;
 
+  /// Widens the dead zone for a sensor that is noisier than a quiet one, by so much.
+  void set_excess_noise(double noise_n) noexcept { noise_n_ = kNoiseDeviations * noise_n; }
+
   const Value& residual_n() const noexcept { return residual_n_; }
   /// Present half-width of the dead zone.
-  double explained_by_jerk_n() const noexcept { return seen_jerk_n_ + unseen_n_ + irregular_n_; }
+  double explained_by_jerk_n() const noexcept { return seen_jerk_n_ + unseen_n_ + irregular_n_ + noise_n_; }
   /// u: what irregular intervals leave uncertain in r.
   double irregular_n() const noexcept { return irregular_n_; }
   /// Upper bound of what free motion may leave in prompt_force_n(), j_0 aside.
@@ -135,8 +138,9 @@ class BasicFreeMotionResidual {
 
   static constexpr double kCutoffHz =
       40.0;  // two sections: 11 ms of delay, 2 mN of encoder noise through 9 g
-  static constexpr double kJerkMargin = 1.3;    // γ: the jerk is itself seen late
-  static constexpr double kJerkMemoryS = 0.15;  // violent motion does not end within a stroke
+  static constexpr double kJerkMargin = 1.3;       // γ: the jerk is itself seen late
+  static constexpr double kNoiseDeviations = 4.5;  // of the length of three components
+  static constexpr double kJerkMemoryS = 0.15;     // violent motion does not end within a stroke
   // A tick's force is the mean of the sensor's samples since the last one: noisier the faster the loop. With
   // 9 g, threshold and j_0's dead zone are 27 mN: ten times the noise of 0.5 ms, four times that of 0.1 ms.
   static constexpr double kLeadMeanS = 0.5e-3;
@@ -165,6 +169,7 @@ class BasicFreeMotionResidual {
   double jerk_n_per_s_ = 0.0;  ///< envelope of d(m a)/dt
   double seen_jerk_n_ = 0.0;   ///< γ τ times it
   double irregular_n_ = 0.0;
+  double noise_n_ = 0.0;  ///< that a single reading has, beyond a quiet sensor's
   Value residual_n_{};
 };
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "hal/samples.h"
+#include "rt/signal/reading_noise.h"
 #include "rt/signal/stiffness_fit.h"
 
 namespace hapticd::rt {
@@ -38,7 +39,7 @@ struct LoadWatchParameters {
 ///
 /// All sizes are of slots of a millisecond (a tick where that is longer):
 ///
-///   step        |s| ≥ kStepN (kLoadedStepN under load), s the offset between the straight lines through
+///   step        |s| ≥ kStepN (kLoadedStepN under load; more on a sensor whose noise is beyond 6 mN), s the offset between the straight lines through
 ///               kBefore slots before and kAfter slots after two slots; both fit within kFlatShare |s|, with
 ///               the same slope, and the reading itself has changed by most of it between them. It does not
 ///               count if nothing is read any more afterwards: then a load has gone; nor, under load, between
@@ -46,7 +47,7 @@ struct LoadWatchParameters {
 ///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
 ///               is something to press. As long as nothing but that step is read any more, the reading shows no
 ///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back
-///               withdraws it, and so does a reading of nothing for 0.1 s.
+///               withdraws it, and so does a reading of nothing for 0.25 s.
 ///   swing       what is read while the tool's mass may swing behind the encoders: the forces of late, the device's
 ///               and the object's, may make it show more than kLoadN. A reading that begins then, turns by more than 60°
 ///               within some 10 ms or falls to kDipShare of what it was, is a load only once it has lasted longer than
@@ -122,7 +123,10 @@ class LoadWatch {
   static constexpr double kSeenShare = 0.6;  // of a step, between the slots next to it
   static constexpr double kFlatN = 0.02;  // six deviations of a slot's noise
   static constexpr double kRisesN = 0.012;
-  static constexpr double kUnchangedN = 0.025;
+  static constexpr double kStepDeviations = 4.0;         // of what the sensor's noise is beyond a usual one's
+  static constexpr double kLoadedStepDeviations = 14.0;  // there two slopes are known as badly
+  static constexpr double kUnchangedN = 0.025;           // of the mean
+  static constexpr double kUnchangedNowN = 0.1;          // of one slot, whose noise may be 15 mN
   static constexpr double kKeepN = 0.012;  // below every threshold of contact
   static constexpr double kWrongN = 0.08;  // of a zero that was proven: beyond what violent motion leaves
   static constexpr double kMassError = 0.35;
@@ -141,7 +145,7 @@ class LoadWatch {
   static constexpr double kHeldMm = 0.3;
   static constexpr std::size_t kLeftSlots = 2;
   static constexpr double kLeftMm = 0.3;
-  static constexpr double kForgetsNotedS = 0.1;
+  static constexpr double kForgetsNotedS = 0.25;
   static constexpr double kSettleS = 0.5;
   static constexpr double kSettleTimeS = 0.1;
   static constexpr double kSettleNPerS = 0.2;
@@ -161,6 +165,7 @@ class LoadWatch {
   /// What the sensor bears: the reading less its zero; and the same with inertia taken off, which is late.
   struct Load {
     hal::Vector3 prompt_n;
+    hal::Vector3 mean_n;  ///< with inertia, over the slots of the window: less noisy
     hal::Vector3 steady_n;
     hal::Vector3 acceleration_mm_per_s2{};  ///< under the same weights
     bool has_inertia = false;               ///< it was taken off
@@ -200,6 +205,11 @@ class LoadWatch {
   void jump(const hal::Vector3& by_n) noexcept;
   /// The slots of both halves of the triangle are there, none much longer than the others.
   bool has_window(double& former_s, double& latter_s) const noexcept;
+  /// Least step that is one, of a load or not, on a sensor as noisy as this.
+  double least_step_n(bool loaded) const noexcept {
+    const double noise_n = noise_.excess_n();
+    return loaded ? kLoadedStepN + kLoadedStepDeviations * noise_n : kStepN + kStepDeviations * noise_n;
+  }
   void suspect() noexcept;
   /// Returns true if none of the last slots is much longer than the others.
   bool are_even(std::size_t slots) const noexcept;
@@ -236,6 +246,7 @@ class LoadWatch {
   bool has_proof_ = false;
   hal::Vector3 proven_jump_n_;
   hal::Vector3 proven_first_n_;
+  BasicReadingNoise<hal::Vector3> noise_;
   double peak_inertia_n_ = 0.0;  ///< of late
   double swing_n_ = 0.0;         ///< that the tool's mass may show of late
   // The reading since it was nothing, turned or fell to little.

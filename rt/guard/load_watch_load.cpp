@@ -29,7 +29,7 @@ bool LoadWatch::has_window(double& former_s, double& latter_s) const noexcept {
 LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
   Load now;
   const hal::Vector3 zero = zero_n();
-  now.prompt_n = now.steady_n = before(0).reading_n - zero;
+  now.prompt_n = now.mean_n = now.steady_n = before(0).reading_n - zero;
   double former_s = 0.0;
   double latter_s = 0.0;
   if (!has_window(former_s, latter_s)) {
@@ -70,7 +70,8 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
     now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
     now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
   }
-  now.steady_n = sum_n * over_s - zero + inertia_n;
+  now.mean_n = sum_n * over_s - zero;
+  now.steady_n = now.mean_n + inertia_n;
   return now;
 }
 

@@ -25,7 +25,7 @@ void LoadWatch::suspect() noexcept {
     return;
   }
   const hal::Vector3 over_two_n = now_n - before(2).reading_n;
-  if (!exceeds(over_two_n, kStepN)) return;
+  if (!exceeds(over_two_n, least_step_n(false))) return;
   const hal::Vector3 earlier_n = before(2).reading_n - before(4).reading_n;
   if (exceeds(earlier_n, kFlatN + 0.3 * norm(over_two_n))) return;  // it has been changing all along
   is_suspected_ = true;
@@ -85,7 +85,7 @@ bool LoadWatch::find_step() noexcept {
   hal::Vector3 step_n = mean_after - mean_before;
   if (was_loaded) step_n = step_n - (slope_after + slope_before) * (0.5 * apart);
   const double size_n = norm(step_n);
-  if (size_n < (was_loaded ? kLoadedStepN : kStepN)) return false;
+  if (size_n < least_step_n(was_loaded)) return false;
   // Two steep lines may miss each other although nothing stepped, as on an arm that swings.
   if (dot(reading(kAfter - 1) - reading(kAfter + 2), step_n) < kSeenShare * size_n * size_n) return false;
   const double flat_n = kFlatN + kFlatShare * size_n;

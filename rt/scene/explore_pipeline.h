@@ -37,7 +37,8 @@ class ExplorePipeline final : public Pipeline {
     stiffness_.set_target(target, ramp_s);
   }
   FaultSet faults() const noexcept override {
-    return motion_.zero().faults(contact_.stage().waits_in_motion());
+    const auto& stage = contact_.stage();
+    return motion_.zero().faults(stage.waits_in_motion() || stage.is_too_noisy());
   }
   FollowedZero zero() const noexcept override { return motion_.zero().followed(); }
   void adopt_zero(const FollowedZero& zero) noexcept override { motion_.adopt_zero(zero); }

@@ -34,7 +34,9 @@ class TapPipeline final : public Pipeline {
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
-  FaultSet faults() const noexcept override { return zero_.faults(contact_.waits_in_motion()); }
+  FaultSet faults() const noexcept override {
+    return zero_.faults(contact_.waits_in_motion() || contact_.is_too_noisy());
+  }
   FollowedZero zero() const noexcept override { return zero_.followed(); }
   void adopt_zero(const FollowedZero& zero) noexcept override { zero_.adopt(zero); }
   void distrust_sensor() noexcept override { contact_.distrust(); }

@@ -311,6 +311,10 @@ HandIntent HandMotion::step(double step_s, const HandPerception& perceived) noex
         // Held up at first, then let down on the object over two seconds.
         constexpr double kLoweringS = 2.0;
         intent.support_n = -1e-3 * program_.mass_g * 9.807 * std::min(1.0, phase_time_s_ / kLoweringS);
+        // It hangs on a cord: with nothing under it, it falls no farther.
+        constexpr double kCordMm = 40.0;
+        constexpr double kCordNPerMm = 1.0;
+        intent.support_n += kCordNPerMm * std::max(0.0, -kCordMm - felt.tip_mm.z);
       } else if (program_.kind == HandProgram::Kind::kShake) {
         intent.motor_force_n =
             program_.shake_direction *

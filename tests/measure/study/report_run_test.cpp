@@ -1,9 +1,11 @@
 // The whole report, quickly: that it runs to its end and lacks nothing. Its readers judge its numbers.
+// HAPTICD_REPORT may name the folder of one that has been made already.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -39,8 +41,11 @@ void run_report(const std::filesystem::path& folder, const std::vector<std::stri
 
 TEST(ReportRun, LacksNothing) {
   const test::TemporaryFolder temporary;
-  const std::filesystem::path folder = temporary.path();
-  ASSERT_NO_FATAL_FAILURE(run_report(folder, {}));
+  const char* made = std::getenv("HAPTICD_REPORT");
+  const std::filesystem::path folder = made != nullptr ? made : temporary.path();
+  if (made == nullptr) {
+    ASSERT_NO_FATAL_FAILURE(run_report(folder, {}));
+  }
   const auto report = nlohmann::json::parse(content(folder / "report.json"));
 
   std::map<std::string, std::set<std::string>> stages;

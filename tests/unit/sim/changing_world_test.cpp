@@ -94,6 +94,14 @@ TEST(ChangingObject, AWeightIsLiftedOffAndLetDownAgain) {
   EXPECT_GT(rig.truth().displacement_mm, 5.0) << "on the sponge";
 }
 
+TEST(ChangingObject, AWeightWithNothingUnderItHangsOnItsCord) {
+  VirtualRig rig({.object = "none"}, {.kind = HandProgram::Kind::kWeight});
+  double lowest_mm = 0.0;
+  rig.run(30.0, [&] { lowest_mm = std::min(lowest_mm, rig.truth().tip_position_mm.z); });
+  EXPECT_LT(lowest_mm, -40.0) << "it fell";
+  EXPECT_NEAR(rig.truth().tip_position_mm.z, -44.0, 2.0) << "4 N on 1 N/mm, and dry friction";
+}
+
 TEST(ChangingObject, AwayFromTheObjectItIsThereAtTheNextRead) {
   VirtualRig rig({.object = "none"});
   rig.run(0.5);
