@@ -71,6 +71,7 @@ void LoadWatch::prove() noexcept {
   has_proof_ = true;
   proven_jump_n_ = jump_n_;
   proven_first_n_ = first_n_;
+  last_since_proof_n_ = {};
 }
 
 void LoadWatch::take_bias(const hal::RigSample& sample) noexcept {

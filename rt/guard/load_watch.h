@@ -192,9 +192,11 @@ class LoadWatch {
   Load load(const hal::Quaternion& to_rig) const noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept;
-  /// What is read is the zero that was proven last, which a jump since has not been: nothing, or a load as large as
-  /// the jump and against it.
+  /// What is read is the zero that was proven last, or that and the last jump, whichever jumps since have not been
+  /// proven: nothing, or a load as large as they are and against them.
   bool is_back_at_proof(const Load& now) const noexcept;
+  /// What is read shows no load if the zero is less by `off_n`, which is nearer to it.
+  bool is_nothing_without(const hal::Vector3& off_n, const Load& now) const noexcept;
   /// What is read is what is left of the load that was seen last.
   bool is_held(const Load& now) const noexcept;
   /// Counts the slots in which all that is read is the step that was noted under load.
@@ -246,6 +248,7 @@ class LoadWatch {
   bool has_proof_ = false;
   hal::Vector3 proven_jump_n_;
   hal::Vector3 proven_first_n_;
+  hal::Vector3 last_since_proof_n_;  ///< the last jump since
   BasicReadingNoise<hal::Vector3> noise_;
   double peak_inertia_n_ = 0.0;  ///< of late
   double swing_n_ = 0.0;         ///< that the tool's mass may show of late

@@ -90,12 +90,18 @@ bool LoadWatch::shows_load(const Load& now) const noexcept {
 }
 
 bool LoadWatch::is_back_at_proof(const Load& now) const noexcept {
+  if (!has_proof_) return false;
   const hal::Vector3 off_n = jump_n_ + first_n_ - proven_jump_n_ - proven_first_n_;
-  if (!has_proof_ || !exceeds(off_n, kLoadN)) return false;
-  Load from_proof = now;
-  from_proof.prompt_n = now.prompt_n + off_n;
-  from_proof.steady_n = now.steady_n + off_n;
-  return squared(from_proof.prompt_n) < squared(now.prompt_n) && !shows_load(from_proof);
+  // Under a load a zero jumps back unseen: then only the last of several jumps is left.
+  return is_nothing_without(off_n, now) || is_nothing_without(off_n - last_since_proof_n_, now);
+}
+
+bool LoadWatch::is_nothing_without(const hal::Vector3& off_n, const Load& now) const noexcept {
+  if (!exceeds(off_n, kLoadN)) return false;
+  Load without = now;
+  without.prompt_n = now.prompt_n + off_n;
+  without.steady_n = now.steady_n + off_n;
+  return squared(without.prompt_n) < squared(now.prompt_n) && !shows_load(without);
 }
 
 bool LoadWatch::is_held(const Load& now) const noexcept {

@@ -126,6 +126,7 @@ void LoadWatch::jump(const hal::Vector3& by_n) noexcept {
   is_waiting_ = has_jumped_ = true;
   has_stretch_ = false;
   jump_n_ = jump_n_ + by_n;
+  last_since_proof_n_ = by_n;
   unloaded_s_ = kLongS;
 }
 

@@ -57,8 +57,8 @@ std::vector<TrustCase> tested_cases() {
   return all;
 }
 
-/// Runs that once pushed: a tool that leaves slowly or at 5 kHz with a zero that jumped under the press, a step
-/// across a load that changes, an arm thrown by an edge.
+/// Runs that once pushed: a tool that leaves slowly or at 5 kHz with a zero that jumped under the press, a
+/// step across a load that changes, an arm thrown by an edge.
 std::vector<TrustCase> hard_cases() {
   struct Hard {
     const char* cause;
@@ -124,6 +124,20 @@ TEST(ZeroJumps, OfWhichOneHidThePressAreKnownOnceTheObjectIsLeft) {
   }
 }
 
+/// The first of two jumps went back under the press, unseen: 0.94 N while the object was left.
+TEST(ZeroJumps, OfWhichOneWentBackUnderThePressAreNoLoad) {
+  const OnPlant general(sim::Plant::kGeneral);
+  for (const TrustCause& cause : trust_causes()) {
+    if (cause.name != "zero_jump_touched" || cause.level != "0.5 N") continue;
+    TrustCase trial;
+    trial.cause = &cause;
+    trial.scene = "explore_rod";
+    trial.seed = 2;
+    const TrustOutcome outcome = run_trust_case(trial, {&foam(), &foam()});
+    EXPECT_LE(outcome.max_n, FreeAirJudge::kMaxN) << "at " << outcome.max_at_s << " s";
+  }
+}
+
 /// The whole search is the study's part "settings".
 TEST(AcceptedSettings, NeverPushInFreeAir) {
   for (std::uint64_t seed = 1001; seed <= 1012; ++seed) {
@@ -137,7 +151,8 @@ TEST(AcceptedSettings, NeverPushInFreeAir) {
 
 /// Searches whose last scene throws the arm: its swing read as a load and let 0.4 … 19 N pass.
 TEST(AcceptedSettings, NeverPushAnArmThatSwings) {
-  for (const auto& [seed, scenes] : {std::pair<std::uint64_t, int>{135, 70}, {167, 46}, {170, 41}, {164, 118}}) {
+  for (const auto& [seed, scenes] :
+       {std::pair<std::uint64_t, int>{135, 70}, {167, 46}, {170, 41}, {164, 118}}) {
     std::string hardest;
     const SettingsOutcome outcome = search_settings(seed, scenes, foam(), &hardest);
     EXPECT_LE(outcome.free_air_max_n, FreeAirJudge::kMaxN) << seed << "\n" << hardest;
