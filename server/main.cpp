@@ -40,6 +40,17 @@ void raise_descriptor_limit() {
     server::log_warning("the limit of open files could not be raised");
 }
 
+/// Of descriptors: without as many the thread that stops cannot wait for its connections.
+constexpr rlim_t kMinDescriptors = 256;
+
+std::optional<hal::Error> check_descriptors() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= kMinDescriptors) return std::nullopt;
+  return hal::Error{"this process may open too few files and connections", "RLIMIT_NOFILE",
+                    std::to_string(limit.rlim_cur), "at least " + std::to_string(kMinDescriptors),
+                    "ulimit -n 4096, or LimitNOFILE=4096 in the service's unit"};
+}
+
 /// The stacks of all threads that calls may use, and the reserve of the allocator for each: address space,
 /// not memory. With less a thread cannot start, and then gRPC aborts the process, even in contact.
 constexpr rlim_t kMinAddressSpace = rlim_t{2048} << 20U;
@@ -104,6 +115,10 @@ int run(int argc, char** argv) {
     server::log_warning("stops with certificates share their memory with the service");
   }
   raise_descriptor_limit();
+  if (const auto failure = check_descriptors()) {
+    std::fprintf(stderr, "hapticd: %s\n", failure->text().c_str());
+    return 1;
+  }
   server::StartFailure failure;
   const auto daemon = server::Daemon::start(*config, failure);
   if (!daemon) return fail(failure.code, failure.error);

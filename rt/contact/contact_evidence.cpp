@@ -61,7 +61,7 @@ void ContactEvidence::follow_support(const Observation& now, double s) noexcept 
   // Compared with what came before this tick, so that a sudden loss does not lower what it is compared with.
   const double share = secant_n_per_mm_ > 0.0 ? secant / secant_n_per_mm_ : 1.0;
   const double by_depth = (share - kLostShare) / (kFullShare - kLostShare);
-  const double by_force = 0.5 * (now.reaction_n / threshold_n_ - 1.0);
+  const double by_force = 0.5 * (now.reaction_n / (threshold_n_ + noise_n_) - 1.0);
   support_ = std::clamp(std::min(by_depth, by_force), 0.0, std::min(1.0, support_ + s / kGrowS));
   if (secant_n_per_mm_ <= 0.0) {
     secant_n_per_mm_ = secant;
@@ -83,7 +83,7 @@ void ContactEvidence::update(const Observation& now, const TickInterval& interva
   earned_ = std::min(goal_, earned_ + s / kGrowS);
   if (!is_sloped_ && earned_ < 1.0) {
     slope_.add(now.reaction_n, now.path_mm, now.inward_mm_per_s2);
-    if (now.reaction_n > threshold_n_ &&
+    if (now.reaction_n > threshold_n_ + noise_n_ &&
         slope_.shows_object(noise_n(), parameters_.lowest_stiffness_n_per_mm, kGrownN)) {
       is_sloped_ = goes_on_;
       goes_on_ = true;

@@ -43,8 +43,8 @@ inline double default_unexplained_force_n(double threshold_n) noexcept {
 ///   sloped   where f regressed on the path and the acceleration since the contact began grows with the path
 ///            by more than free air's noise explains (StiffnessFit), and goes on to grow in a second fit that
 ///            begins there, which a step of the reading does not: a is 1 from then on, but no more than
-///            kSlopeForceN is rendered until E has earned the rest. A constant takes zero, tilt and weight, so
-///            that holds from some hundredths of a newton on.
+///            kSlopeForceN is rendered until E has earned the rest. A constant takes zero, tilt and weight,
+///            so that holds from some hundredths of a newton on.
 ///   lost     by the factor s = min((f/(K x) - 0.15)/0.2, (f/ε_f - 1)/2), 0 … 1, K the contact's own secant
 ///            stiffness followed over kSecantS: the reaction falls to a third of what this depth gave, or to
 ///            the threshold, and force with it. At s = 0 for kLostS there is no object any more, and the
@@ -77,6 +77,8 @@ class ContactEvidence {
   /// `noise_n`: what it differs by from its mean of late.
   void rest(double acceleration_mm_per_s2, double noise_n, const TickInterval& interval) noexcept;
   void reset() noexcept;
+  /// Raises ε_f for a sensor that is noisier than a usual one, by so much.
+  void set_excess_noise(double noise_n) noexcept { noise_n_ = noise_n; }
 
   /// Share of the desired force that may be rendered, 0 … 1.
   double authority() const noexcept {
@@ -102,7 +104,7 @@ class ContactEvidence {
 
  private:
   static constexpr double kSlopeForceN = 0.25;  // below what free air may ever have
-  static constexpr double kGrownN = 0.015;  // in each of both fits
+  static constexpr double kGrownN = 0.015;      // in each of both fits
   static constexpr double kMinNoiseN = 0.001;
   static constexpr double kMaxNoiseN = 0.02;
   static constexpr double kNoiseS = 0.5;
@@ -125,6 +127,7 @@ class ContactEvidence {
 
   EvidenceParameters parameters_;
   double threshold_n_;
+  double noise_n_ = 0.0;  ///< by which it is higher
   double tool_mass_g_;
   double acceleration_mm_per_s2_ = 0.0;  ///< A
   std::array<double, kSlots> min_n_{};   ///< a ring of minima, each over kSustainedS/kSlots

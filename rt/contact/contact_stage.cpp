@@ -84,8 +84,10 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
     if (!in_contact() || !evidence_.proven()) {
       noise_.update(now.free_motion.force_n, now.free_motion.force_ns);
     }
-    residual_.set_excess_noise(noise_.excess_n());
-    detector_.set_excess_noise(noise_.excess_n());
+    const double excess_n = noise_.excess_n();
+    residual_.set_excess_noise(excess_n);
+    detector_.set_excess_noise(excess_n);
+    evidence_.set_excess_noise(excess_n);
     residual_.update(now.free_motion, in_contact());
     if (now.interval.is_gap) [[unlikely]] {
       // What was free stays free; an onset within the gap was not seen, and none is placed across it.

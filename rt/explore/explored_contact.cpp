@@ -61,9 +61,10 @@ inline void ExploredContact::detect(const hal::RigSample& sample, const ToolStat
 inline bool ExploredContact::is_pulled(const ToolState& tool, double reaction_n) noexcept {
   if (!parameters_.evidence.required) return false;
   if (contact_.detector().is_free()) pull_.release();
-  if (reaction_n < parameters_.threshold_n) return false;  // its direction is noise
+  const double threshold_n = contact_.detector().threshold_n();
+  if (reaction_n < threshold_n) return false;  // its direction is noise
   if (pull_.is_pull(tool.reaction_n, tool.tip_mm)) return true;
-  const bool felt = contact_.authority() > 0.0 && reaction_n > 2.0 * parameters_.threshold_n;
+  const bool felt = contact_.authority() > 0.0 && reaction_n > 2.0 * threshold_n;
   const bool felt_unseen = contact_.detector().is_waiting() && reaction_n > contact_.max_free_force_n();
   if (felt || felt_unseen) pull_.remember(tool.reaction_n, tool.tip_mm);
   return false;

@@ -154,7 +154,8 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   looks_ = 0;
 
   swing_n_ *= left_of_peak(s, kPeakFadeS);
-  if (unloaded_s_ > kPressedS) noise_.update(before(0).reading_n, sample.time_ns);
+  // Noise that is taken for a load or a jump is learnt from as well.
+  if (is_waiting_ || unloaded_s_ > kPressedS) noise_.update(before(0).reading_n, sample.time_ns);
   suspect();
   if (find_step()) return;
   const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
@@ -246,7 +247,7 @@ void LoadWatch::follow(const Load& load, const hal::Quaternion& to_rig) noexcept
   // What is read may be the tool's inertia: it proves no wrong zero.
   if (!load.has_inertia && !is_waiting_) return;
   if (!has_stretch_ || exceeds(load.mean_n - stretch_load_n_, kUnchangedN) ||
-      exceeds(load.prompt_n - stretch_load_n_, kUnchangedNowN)) {
+      exceeds(load.prompt_n - stretch_load_n_, kUnchangedN + kStepDeviations * noise_.excess_n())) {
     return begin_stretch(load, to_rig);
   }
   lowest_mm_ = std::min(lowest_mm_, dot(before(0).tip_mm - stretch_tip_mm_, stretch_along_));

@@ -125,8 +125,7 @@ class LoadWatch {
   static constexpr double kRisesN = 0.012;
   static constexpr double kStepDeviations = 4.0;         // of what the sensor's noise is beyond a usual one's
   static constexpr double kLoadedStepDeviations = 14.0;  // there two slopes are known as badly
-  static constexpr double kUnchangedN = 0.025;           // of the mean
-  static constexpr double kUnchangedNowN = 0.1;          // of one slot, whose noise may be 15 mN
+  static constexpr double kUnchangedN = 0.025;
   static constexpr double kKeepN = 0.012;  // below every threshold of contact
   static constexpr double kWrongN = 0.08;  // of a zero that was proven: beyond what violent motion leaves
   static constexpr double kMassError = 0.35;

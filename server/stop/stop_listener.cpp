@@ -165,7 +165,9 @@ void StopListener::serve_datagrams() {
     message.msg_iovlen = 1;
     message.msg_control = control.data();
     message.msg_controllen = control.size();
-    if (recvmsg(parts_.datagram, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC) < 0) return;
+    const ssize_t size = recvmsg(parts_.datagram, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+    if (size < 0) return;
+    if (is_answer({bytes.data(), static_cast<std::size_t>(size)})) continue;
     StopReport report;
     report.path = StopPath::kDatagram;
     const cmsghdr* header = CMSG_FIRSTHDR(&message);

@@ -29,4 +29,8 @@ StopAnswer refused_answer() noexcept {
   return answer_of(kRefused, 0);
 }
 
+bool is_answer(std::string_view message) noexcept {
+  return message.starts_with(kStopped) || message.starts_with(kRefused);
+}
+
 }  // namespace hapticd::server

@@ -7,7 +7,7 @@
 namespace hapticd::server {
 
 /// The one message that stops without gRPC, and its answers, all of a fixed size. proto/README.md has them.
-/// Over TCP and TLS what begins so stops, whatever follows; as a datagram every message stops.
+/// Over TCP and TLS what begins so stops, whatever follows; as a datagram every message stops but an answer.
 inline constexpr std::string_view kStopRequest = "HAPTICD STOP 1\n";
 inline constexpr std::string_view kStopWord = "HAPTICD STOP";
 
@@ -17,5 +17,8 @@ using StopAnswer = std::array<char, 33>;
 StopAnswer stopped_answer(std::uint64_t last_tick) noexcept;
 /// "HAPTICD REFUSED 0000000000000000\n": it is denied, or was not a stop.
 StopAnswer refused_answer() noexcept;
+/// Whether a message is such an answer. To answer it would make two daemons, or one whose own name a sender
+/// has taken, talk for ever.
+bool is_answer(std::string_view message) noexcept;
 
 }  // namespace hapticd::server

@@ -224,6 +224,15 @@ TEST(ServiceProcess, SaysThatItsAddressSpaceIsLimitedTooFar) {
   EXPECT_NE(process.errors().find("ulimit -v unlimited"), std::string::npos) << process.errors();
 }
 
+/// With 64 descriptors the thread that stops could not wait for connections: the stop port did not answer.
+TEST(ServiceProcess, SaysThatItMayOpenTooFewFiles) {
+  DaemonProcess process("--nofile=64", {"--listen", "127.0.0.1:0"});
+  const int code = process.wait();
+  expect_ended({code, process.errors(), process.output()}, 1,
+               "this process may open too few files and connections (got 64)");
+  EXPECT_NE(process.errors().find("at least 256"), std::string::npos) << process.errors();
+}
+
 TEST(ServiceProcess, ChecksAConfigurationAndPrintsAllOfIt) {
   const TemporaryFolder folder;
   const std::string config =

@@ -135,6 +135,27 @@ TEST(StopServer, StopsByTheNextPortAndByADatagram) {
   }
 }
 
+/// A sender whose name is a link to the socket itself made the daemon answer, and stop, itself for ever.
+TEST(StopServer, TakesItsOwnAnswerForNoRequest) {
+  Stops stops;
+  const std::string socket_path = stops.path() + ".stop";
+  sockaddr_un name{.sun_family = AF_UNIX, .sun_path = {}};
+  sockaddr_un to = name;
+  const std::string own_path = stops.path() + ".own";
+  std::memcpy(name.sun_path, own_path.c_str(), own_path.size() + 1);
+  std::memcpy(to.sun_path, socket_path.c_str(), socket_path.size() + 1);
+  const int descriptor = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ASSERT_EQ(bind(descriptor, reinterpret_cast<const sockaddr*>(&name), sizeof name), 0);
+  ASSERT_EQ(unlink(own_path.c_str()), 0);
+  ASSERT_EQ(symlink(socket_path.c_str(), own_path.c_str()), 0);
+  ASSERT_EQ(sendto(descriptor, "x", 1, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to), 1);
+  close(descriptor);
+  ASSERT_EQ(stops.await_reports(1).size(), 1U);
+  EXPECT_EQ(stops.say_by_datagram("x"), kStopped) << "behind its own answer in the queue";
+  EXPECT_EQ(stops.say_by_datagram("x"), kStopped);
+  EXPECT_EQ(stops.stopped, 3);
+}
+
 TEST(StopServer, StopsWhateverFollowsTheWords) {
   Stops stops;
   for (const std::string& words :
