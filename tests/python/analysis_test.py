@@ -46,6 +46,25 @@ def sessions() -> Iterator[Path]:
         yield folder
 
 
+def test_a_session_of_another_seed_is_not_taken_for_one_of_this(memory_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    begun = ["simulate", "stiffness_1d", "--no-rig", "--folder", str(memory_path)]
+    assert main([*begun, "--participants", "2", "--only", "1", "--seed", "7"]) == 0
+    path = memory_path / "stiffness_1d_S02.jsonl"
+    assert capsys.readouterr().out == f"{path}: done\n"
+    assert main([*begun, "--participants", "2", "--seed", "5"]) == 1
+    said = capsys.readouterr()
+    assert said.err == (
+        f"hapticctl: {path}: this journal is of another seed (got --seed 5); accepted: --seed 7; "
+        "go on with that seed, or name another --folder for the new one\n"
+    )
+    # Nothing was simulated for those before it either: the folder would hold both seeds.
+    assert not said.out and [one.name for one in memory_path.iterdir()] == [path.name]
+    assert main([*begun, "--participants", "2", "--seed", "7"]) == 0
+    assert [line.partition(": ")[2] for line in capsys.readouterr().out.splitlines()] == ["done", "was done already"]
+    assert main([*begun, "--participants", "1", "--seed", "7", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["was_done_already"] is True
+
+
 def test_the_analysis_finds_the_targets(sessions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["analyse", str(sessions), "--json", "--figures", str(tmp_path / "figures")]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -257,12 +257,15 @@ def _session(rig: hapticd.Rig, path: Path, seed: int, begin: Callable[[RigStage]
     return _said(state, path, options)
 
 
-def _said(state: session.State, path: Path, options: argparse.Namespace) -> int:
+def _said(state: session.State, path: Path, options: argparse.Namespace, *, was_done: bool = False) -> int:
     why = state.aborted or "interrupted"
-    end = "done" if state.ended else f"ended early ({why})"
+    end = "was done already" if was_done else "done" if state.ended else f"ended early ({why})"
     if not state.ended and path.exists():
         end += f"; {_resuming(path)}"
-    _say(options, f"{path}: {end}", journal=str(path), finished=state.ended, ended_because="" if state.ended else why)
+    _say(
+        options, f"{path}: {end}",
+        journal=str(path), finished=state.ended, was_done_already=was_done, ended_because="" if state.ended else why,
+    )  # fmt: skip
     return DONE if state.ended else NOT_FINISHED
 
 
@@ -282,7 +285,8 @@ def _simulate(options: argparse.Namespace) -> int:
         chosen = {options.only: chosen[options.only]}
     codes = [DONE]
     simulation.run(
-        simulation.Group(protocol, options.folder, chosen, options.seed), None, lambda state, path: codes.append(_said(state, path, options)),
+        simulation.Group(protocol, options.folder, chosen, options.seed), None,
+        lambda state, path, was_done: codes.append(_said(state, path, options, was_done=was_done)),
         every_trial=options.every_trial, record=options.record, no_rig=options.no_rig,
     )  # fmt: skip
     return max(codes)

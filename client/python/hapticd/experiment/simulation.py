@@ -13,6 +13,8 @@ from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, TypeVar
 
 import hapticd
 from hapticd._shown import say
+from hapticd.errors import BadFile
+from hapticd.experiment import journal as journals
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment import readiness, runner, seeds, session, simulated
 from hapticd.experiment.hands import SimulatedHand
@@ -202,8 +204,14 @@ class Group:
     seed: int
 
 
-def run(group: Group, address: Optional[str], on_end: Callable[[State, Path], None], *, every_trial: bool, record: bool, no_rig: bool) -> None:
-    """All of them. Those that have a journal go on with it."""
+#: Called after each session: how it ended, its journal, and whether it had ended before.
+OnEnd = Callable[[State, Path, bool], None]
+
+
+def run(group: Group, address: Optional[str], on_end: OnEnd, *, every_trial: bool, record: bool, no_rig: bool) -> None:
+    """All of them. Those that have a journal go on with it. Raises BadFile, before anything is simulated, if one is of another seed."""
+    for observer in group.observers.values():
+        _require_seed(group, runner.path_of(group.folder, group.protocol, observer.name))
     progress = Progress(max(group.observers, default=0) + 1)
     with contextlib.ExitStack() as stack:
         rig = None if no_rig else stack.enter_context(hapticd.connect(address))
@@ -226,7 +234,8 @@ def run(group: Group, address: Optional[str], on_end: Callable[[State, Path], No
                     on = own.enter_context(RigStage(rig, hand, seed=group.seed, record_as=path.stem if record else "", wait_for_clear_s=0.0))
                     _check(rig, on, group.protocol)
                 journal = _journal(group, number, observer, path, rig, felt[1] if felt else on)
-                on_end(_to_the_end(journal, on, _Answers(observer, progress)), path)
+                was_done = session.fold(journal.events, str(path)).ended
+                on_end(_to_the_end(journal, on, _Answers(observer, progress)), path, was_done)
 
 
 def _check(rig: hapticd.Rig, stage: RigStage, protocol: protocols.Protocol) -> None:
@@ -236,6 +245,17 @@ def _check(rig: hapticd.Rig, stage: RigStage, protocol: protocols.Protocol) -> N
         raise latched
     if found := readiness.problems(rig, protocol):
         raise found[0]
+
+
+def _require_seed(group: Group, path: Path) -> None:
+    if not path.exists():
+        return
+    seed = session.fold(journals.read(path)[:1], str(path)).seed
+    if seed != group.seed:
+        raise BadFile(
+            "this journal is of another seed", where=str(path), value=f"--seed {group.seed}", limit=f"--seed {seed}",
+            remedy="go on with that seed, or name another --folder for the new one",
+        )  # fmt: skip
 
 
 def _journal(group: Group, number: int, observer: Observer, path: Path, rig: Optional[hapticd.Rig], stage: Any) -> Journal:
