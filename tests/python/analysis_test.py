@@ -14,8 +14,11 @@ from typing import Any, Iterator
 import pytest
 
 from hapticd.errors import BadFile
-from hapticd.experiment import analysis, export, plots, protocol
+from hapticd.experiment import analysis, export, plots, protocol, runner
 from hapticd.experiment.__main__ import main
+from hapticd.experiment.observer import Observer
+from hapticd.experiment.simulated import SimulatedParticipant
+from hapticd.experiment.stage import BareStage
 from memory import memory_folder
 
 SHIPPED = sorted(path.stem for path in protocol.SHIPPED.glob("*.toml"))
@@ -74,6 +77,26 @@ def test_the_analysis_finds_the_targets(sessions: Path, tmp_path: Path, capsys: 
         assert one["mean"] == pytest.approx(one["target"], rel=0.15)
         assert one["low"] < one["mean"] < one["high"]
     assert {path.name for path in (tmp_path / "figures").iterdir()} >= {"equality.svg", "series_S01_ball_03.svg"}
+
+
+def test_an_equality_beyond_the_presented_levels_is_called_an_extrapolation(memory_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chosen = protocol.read("stiffness_3d")
+    rendered = {"sponge_08": 0.75}  # by a device that renders less than the target
+    journal = runner.begin(memory_path, chosen, "S1", 0, 7, {}, rendered)
+    runner.Runner(journal, BareStage(chosen, 7, "S1"), SimulatedParticipant(Observer("S1", 7))).run()
+    journal.close()
+    beyond, *others = sorted(analysis.estimates(analysis.read([memory_path])), key=lambda one: one.condition != "sponge_08")
+    assert beyond.fit.pse > beyond.highest_presented == 0.75 and not any(one.is_extrapolated for one in others)
+    assert main(["analyse", str(memory_path)]) == 0
+    remarks = [line for line in capsys.readouterr().out.splitlines() if line.startswith("remark: ")]
+    assert remarks == [
+        f"remark: S1, sponge_08: the PSE of {beyond.fit.pse:.3f} N/mm is an extrapolation: levels of "
+        f"{beyond.lowest_presented:.3f} … 0.750 N/mm were presented; the mean counts it as it is"
+    ]
+    assert main(["analyse", str(memory_path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [f"remark: {one}" for one in found["remarks"]] == remarks
+    assert next(one for one in found["conditions"] if one["condition"] == "sponge_08")["mean"] == beyond.fit.pse
 
 
 def test_a_session_that_was_not_ended_counts_with_what_is_done(sessions: Path, tmp_path: Path) -> None:

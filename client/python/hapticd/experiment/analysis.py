@@ -56,6 +56,13 @@ class Estimate:
     published: float  #: by the protocol's own estimator, N/mm; NaN if that is the likelihood
     discarded: int
     minutes: float  #: of the rig's time; NaN without a rig
+    lowest_presented: float  #: of the comparison's levels, N/mm
+    highest_presented: float
+
+    @property
+    def is_extrapolated(self) -> bool:
+        """True if the PSE lies beyond all levels that were presented: the answers alone do not hold it there."""
+        return self.fit.pse < self.lowest_presented or self.fit.pse > self.highest_presented
 
 
 @dataclass(frozen=True)
@@ -124,6 +131,7 @@ def estimates(sessions: Sequence[Session], *, resamples: int = 0) -> list[Estima
             if not one.is_done(condition.name):
                 continue
             series = one.state.series[condition.name]
+            levels = [given.level for member in series.members for given in member.given]
             found.append(
                 Estimate(
                     one.participant,
@@ -133,6 +141,8 @@ def estimates(sessions: Sequence[Session], *, resamples: int = 0) -> list[Estima
                     published_estimate(one.protocol, series),
                     sum(event["event"] == "discarded" and event["condition"] == condition.name for event in one.events),
                     _minutes(one.events, condition.name),
+                    min(levels, default=math.nan),
+                    max(levels, default=math.nan),
                 )
             )
     return found
@@ -193,6 +203,16 @@ def groups(found: Sequence[Estimate], conditions: Sequence[str]) -> list[Group]:
     return result
 
 
+def remarks(found: Sequence[Estimate]) -> list[str]:
+    """What the numbers alone do not say: which of them are extrapolated."""
+    return [
+        f"{one.participant}, {one.condition}: the PSE of {one.fit.pse:.3f} N/mm is an extrapolation: levels of "
+        f"{one.lowest_presented:.3f} … {one.highest_presented:.3f} N/mm were presented; the mean counts it as it is"
+        for one in sorted(found, key=lambda one: one.participant)
+        if one.is_extrapolated
+    ]
+
+
 def text_of(sessions: Sequence[Session], found: Sequence[Estimate], rated: Sequence[Rating]) -> str:
     """Text for the terminal."""
     protocol = sessions[0].protocol
@@ -212,6 +232,7 @@ def text_of(sessions: Sequence[Session], found: Sequence[Estimate], rated: Seque
             lines.append(
                 f"{group.condition:<17} {group.target:<8g} {interval:<32} {group.mean - group.target:<+10.3f} {published:<14} {discarded:.1f}"
             )
+        lines += [f"remark: {one}" for one in remarks(found)]
     else:
         lines.append("condition         similarity and its 95 % interval")
         for condition in protocol.conditions:
@@ -267,6 +288,7 @@ def as_json(sessions: Sequence[Session], found: Sequence[Estimate], rated: Seque
         "estimates": [_plain(dataclasses.asdict(one)) for one in found],
         "conditions": [_plain(dataclasses.asdict(one)) for one in groups(found, [one.name for one in protocol.conditions])],
         "ratings": [_plain(dataclasses.asdict(one)) for one in rated],
+        "remarks": remarks(found),
     }
     return values
 

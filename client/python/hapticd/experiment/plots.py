@@ -35,10 +35,11 @@ def series(one: Session, condition: str) -> Any:
                 label=f"comparison felt {answer}" if answer != "same" else "felt the same", zorder=2,
             )  # fmt: skip
     axis.axhline(chosen.reference_n_per_mm, color="black", linewidth=1.0, label="target of the reference")
-    fit = next((e.fit for e in analysis.estimates([one]) if e.condition == condition), None)
-    if fit is not None and math.isfinite(fit.pse):
-        axis.axhspan(fit.low, fit.high, color=BLUE, alpha=0.12, linewidth=0)
-        axis.axhline(fit.pse, color=BLUE, linewidth=1.0, linestyle="--", label="PSE and its 95 % interval")
+    found = next((e for e in analysis.estimates([one]) if e.condition == condition), None)
+    if found is not None and math.isfinite(found.fit.pse):
+        axis.axhspan(found.fit.low, found.fit.high, color=BLUE, alpha=0.12, linewidth=0)
+        label = "PSE, extrapolated, and its 95 % interval" if found.is_extrapolated else "PSE and its 95 % interval"
+        axis.axhline(found.fit.pse, color=BLUE, linewidth=1.0, linestyle="--", label=label)
     axis.set(xlabel="trial", ylabel="stiffness of the comparison, N/mm", title=f"{condition}, {one.participant}")
     if any(isinstance(member, UpDown) for member in one.state.series[condition].members):
         axis.set_title(f"{condition}, {one.participant}: staircase")
