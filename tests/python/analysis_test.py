@@ -214,3 +214,19 @@ def test_one_table_for_other_programs(sessions: Path, tmp_path: Path) -> None:
     assert [name for name, unit in zip(head, units, strict=True) if unit and not name.endswith(suffixes[unit])] == []
     assert {"onset_s", "duration_s"} <= set(head)
     assert main(["export", str(sessions), "--out", str(tmp_path / "folder"), "--psychopy"]) == 1
+
+
+def test_a_scan_without_touches_names_the_file_and_what_a_touch_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    h5py = pytest.importorskip("h5py")
+    recording = tmp_path / "scan.h5"
+    contact = [1.0, 1.0, 0.0, 1.0, 0.0]  # in contact from the start, which is no touch; then one
+    with h5py.File(recording, "w") as file:
+        for name in ("contact_in_contact", *(f"sample_tip_position_{axis}_mm" for axis in "xyz")):
+            file[f"telemetry/{name}"] = contact
+        for name in ("tick", "time_ns", "kind", "text", "by"):
+            file[f"events/{name}"] = []
+    assert main(["scan", str(recording), "--out", str(tmp_path / "surface.toml")]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"hapticctl: {recording}: too few touches (got 1); accepted: ≥ 9; ")
+    assert "a touch is each contact that begins in free air" in said
+    assert not (tmp_path / "surface.toml").exists()

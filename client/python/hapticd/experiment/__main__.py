@@ -294,7 +294,7 @@ def _simulate(options: argparse.Namespace) -> int:
 
 def _scan(options: argparse.Namespace) -> int:
     touches = touches_of(hapticd.open_recording(options.recording).data)
-    text = surface_toml(touches, options.step)
+    text = surface_toml(touches, options.step, where=options.recording)
     with options.out.open("x", encoding="utf-8") as file:
         file.write(text)
     _say(options, f"{len(touches)} touches, {options.out}", touches=len(touches), file=str(options.out))

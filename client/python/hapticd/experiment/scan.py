@@ -42,24 +42,27 @@ def _without_outliers(touches: Array, smoothing: float) -> Array:
     return touches
 
 
-def surface_toml(touches_mm: Array, step_mm: float = 5.0, smoothing: float = 1.0) -> str:
+def surface_toml(touches_mm: Array, step_mm: float = 5.0, smoothing: float = 1.0, *, where: str = "surface_toml") -> str:
     """A surface through the touches (thin plate), over the rectangle that they span. smoothing: of the plate, 0: through each of
-    them. Raises BadArgument for too few touches, or if they do not span an area."""
+    them. where: what errors name, e.g. the file. Raises BadArgument for too few touches, or if they do not span an area."""
     touches = np.asarray(touches_mm, dtype=float)
     if touches.ndim != 2 or touches.shape[1] != 3 or not np.isfinite(touches).all():
-        raise BadArgument("touches are needed", where="surface_toml", value=str(touches.shape), limit="N×3 finite numbers, mm")
+        raise BadArgument("touches are needed", where=where, value=str(touches.shape), limit="N×3 finite numbers, mm")
     if len(touches) < MIN_TOUCHES:
-        raise BadArgument("too few touches", where="surface_toml", value=str(len(touches)), limit=f"≥ {MIN_TOUCHES}")
+        raise BadArgument(
+            "too few touches", where=where, value=str(len(touches)), limit=f"≥ {MIN_TOUCHES}",
+            remedy="tap the object all over while it is recorded, and leave it each time: a touch is each contact that begins in free air",
+        )  # fmt: skip
     spread = np.linalg.svd(touches[:, :2] - touches[:, :2].mean(axis=0), compute_uv=False)
     if spread[1] < 0.1 * spread[0]:
-        raise BadArgument("the touches lie on a line", where="surface_toml", limit="touches all over the surface")
+        raise BadArgument("the touches lie on a line", where=where, limit="touches all over the surface")
     touches = _without_outliers(touches, smoothing)
     plate = _plate(touches, smoothing)
     low, high = touches[:, :2].min(axis=0), touches[:, :2].max(axis=0)
     columns, rows = (max(2, int(np.ceil(span / step_mm)) + 1) for span in high - low)
     if max(columns, rows) > MAX_SIDE:
         raise BadArgument(
-            "the grid is too fine", where="surface_toml", value=f"{columns} × {rows}", limit=f"{MAX_SIDE} × {MAX_SIDE}",
+            "the grid is too fine", where=where, value=f"{columns} × {rows}", limit=f"{MAX_SIDE} × {MAX_SIDE}",
             remedy=f"a step of {max(high - low) / (MAX_SIDE - 1):.1f} mm or more",
         )  # fmt: skip
     x, y = low[0] + step_mm * np.arange(columns), low[1] + step_mm * np.arange(rows)
