@@ -7,7 +7,7 @@
 #     --server lab1,192.168.1.20 --client operator/anna --client observer/screen
 #
 # DIR/authority/ keeps the authority: anyone with its key can make certificates, so keep it off the rigs. It is made by
-# the first run; later runs use it, and replace the certificates that they name.
+# the first run; later runs use it, refuse another lab, and replace the certificates that they name.
 # DIR/servers/NAME/ goes to that machine: [network] certificates. DIR/clients/NAME/ goes to that person, into
 # ~/.config/hapticd/certificates/. The files of a folder change all at once, so that a daemon may read them at any time.
 set -euo pipefail
@@ -55,6 +55,10 @@ if [[ ! -e "$authority" ]]; then
     -addext "basicConstraints=critical,CA:TRUE,pathlen:0" -addext "keyUsage=critical,keyCertSign,cRLSign" 2>/dev/null
   echo "$authority"
 fi
+# A daemon counts the roles of its own lab only. An authority from elsewhere names none.
+of_lab=$(openssl x509 -in "$authority" -noout -subject -nameopt multiline | sed -n 's/^ *commonName *= hapticd authority of //p')
+[[ -z "$of_lab" || "$of_lab" == "$lab" ]] ||
+  fail "--lab $lab: the authority in $out/authority is that of lab $of_lab: name --lab $of_lab, or another --out for lab $lab"
 
 # make FOLDER FILE_NAME COMMON_NAME USAGE ALTERNATIVE_NAMES
 make() {

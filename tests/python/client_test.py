@@ -167,6 +167,22 @@ def test_certificates_show_who_it_is(lab: Any) -> None:
             rig.load_scene("tap_1d")
 
 
+def test_an_authority_makes_certificates_of_its_own_lab_only(tmp_path: Path) -> None:
+    def make(lab: str, *names: str) -> Any:
+        command = ["bash", ROOT / "deploy/make_certificates.sh", "--lab", lab, "--out", tmp_path / "made", *names]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert make("optics", "--server", "rig").returncode == 0
+    refused = make("optic", "--client", "operator/anna")
+    assert refused.returncode == 2 and not list((tmp_path / "made/clients").iterdir())
+    assert refused.stderr == (
+        f"make_certificates.sh: --lab optic: the authority in {tmp_path}/made/authority is that of lab optics: "
+        "name --lab optics, or another --out for lab optic\n"
+    )
+    assert make("optics", "--client", "operator/anna").returncode == 0
+    assert (tmp_path / "made/clients/anna/client.crt").exists()
+
+
 def test_a_port_that_is_spoken_to_in_the_wrong_way_is_named(lab: Any) -> None:
     """Tests both clients, and with an address that works."""
     encrypted, plain = lab["tls"].removeprefix("tls:"), lab["plain"]
