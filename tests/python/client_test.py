@@ -380,6 +380,18 @@ def test_a_lower_rate_is_every_nth_tick(rig: hapticd.Rig) -> None:
         rig.telemetry(hz=0.0)
 
 
+@pytest.mark.parametrize("wrong", ["1", None, float("nan")])
+def test_what_is_no_number_of_seconds_is_named(rig: hapticd.Rig, wrong: Any) -> None:
+    with pytest.raises(hapticd.BadArgument, match=r"^read\(seconds\): this is no number \(got .+\); accepted: a finite number of seconds"):
+        rig.read(wrong)
+    with rig.telemetry(["contact"]) as stream, pytest.raises(hapticd.BadArgument, match=r"take\(seconds\)"):
+        stream.take(wrong)
+    if wrong is not None:
+        with pytest.raises(hapticd.BadArgument, match=r"telemetry\(hz\)"):
+            rig.read(1.0, hz=wrong)
+    assert len(rig.read(np.float32(0.1), hz=np.int64(100)))  # numbers of numpy are some
+
+
 def test_what_is_lost_is_counted_where_it_was_lost() -> None:
     column = telemetry_pb2.TelemetryColumn(name="tick", unit="1", type=telemetry_pb2.COLUMN_TYPE_INT64)
     batches = [
@@ -425,8 +437,11 @@ def test_recordings_open_alike(start_daemon: Any, tmp_path: Path) -> None:
         paths = [rig.download_recording(tmp_path / name, made.id) for name in ("a.mcap", "a.h5")]
         uploaded = rig.upload_recording_file(tmp_path / "a.mcap")
         assert uploaded.rows == made.rows
+        assert rig.download_recording(tmp_path / "last.mcap", "last").read_bytes() == paths[0].read_bytes()
         with pytest.raises(hapticd.Refused):
             rig.download_recording(tmp_path / "no.mcap", "20200101T000000Z_none")
+        with pytest.raises(hapticd.Refused, match="there is none yet"):
+            rig.download_recording(tmp_path / "no.mcap", "last", kind="incident")
         assert not list(tmp_path.glob("no.mcap*"))
     one, other = (hapticd.open_recording(path) for path in paths)
     assert len(one.data) == len(other.data) == made.rows

@@ -122,6 +122,7 @@ class Rig(Calls):
 
     def read(self, seconds: float, groups: Iterable[Union[int, str]] = (), *, hz: Optional[float] = None) -> Block:
         """The telemetry of the next `seconds`."""
+        _telemetry_request.require_number(seconds, "read(seconds)", "seconds")
         with self.telemetry(groups, hz=hz) as stream:
             return stream.take(seconds)
 
@@ -167,9 +168,15 @@ class Rig(Calls):
     ) -> Path:
         """A recording of the daemon as a file of this machine: FILE.mcap as it is, FILE.h5 or FILE.csv as a table.
 
-        The file appears when it is complete. columns, span (s) and decimation are for tables.
+        recording: its id, or "last". The file appears when it is complete. columns, span (s) and decimation are for tables.
+        Raises Refused if there is no such recording.
         """
         path = Path(path)
+        if recording == "last":
+            kept = self.list_recordings(kind=kind).recordings
+            if not kept:
+                raise Refused("there is none yet", where="download_recording", value="'last'", remedy="see list_recordings()")
+            recording = kept[-1].id
         formats = {".h5": "hdf5", ".hdf5": "hdf5", ".csv": "csv"}
         if path.suffix in formats:
             pieces = self.export_recording(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from typing import Any, Optional, Sequence, Union
 
 from hapticd.errors import BadArgument
@@ -11,11 +13,21 @@ MAX_BATCH = 1000
 QUEUE_SAMPLES = (100, 60000)
 
 
+def require_number(value: Any, where: str, unit: str) -> None:
+    """Raises BadArgument if it is not a finite number, of numpy or not."""
+    if not isinstance(value, numbers.Real) or not math.isfinite(value):
+        raise BadArgument("this is no number", where=where, value=repr(value), limit=f"a finite number of {unit}, e.g. 1.5")
+
+
 def of(
     groups: Sequence[Union[int, str]], rate_hz: float, hz: Optional[float], latency_s: float, queue_s: float
 ) -> dict[str, Any]:
     """Arguments of subscribe(). rate_hz: of the loop; hz: at most so many samples a second; latency_s: age of the first
     sample of a block; queue_s: what the daemon keeps."""
+    if hz is not None and hz != math.inf:
+        require_number(hz, "telemetry(hz)", "Hz")
+    require_number(latency_s, "telemetry(latency_s)", "seconds")
+    require_number(queue_s, "telemetry(queue_s)", "seconds")
     if hz is not None and not rate_hz / MAX_DECIMATION <= hz:
         raise BadArgument(
             "the rate is too low",

@@ -8,6 +8,7 @@ from typing import Iterator, Optional, Type
 import numpy as np
 
 from hapticd._streams import AsyncStream, Stream
+from hapticd._telemetry_request import require_number
 from hapticd.block import Block, Columns
 from hapticd.errors import Unreachable
 from hapticd.v1 import telemetry_pb2
@@ -47,6 +48,7 @@ class Telemetry:
     def take(self, seconds: float) -> Block:
         """Takes so many seconds of samples from now on, by the rig's clock. Raises Unreachable if the stream ends
         before."""
+        require_number(seconds, "Telemetry.take(seconds)", "seconds")
         return self.take_samples(max(1, round(seconds * self.sample_rate_hz)))
 
     def take_samples(self, count: int) -> Block:
