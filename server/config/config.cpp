@@ -72,7 +72,8 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
   if (key == "bias_s") return read_number(value, replay.bias_s, kReplayBiasS, "'bias_s'", where);
   if (key == "loop" || key == "decimal_comma") {
     constexpr Word<bool> kFlags[] = {{"true", true}, {"false", false}};
-    return read_word(value, key == "loop" ? replay.loop : replay.decimal_comma, kFlags, "flag", where);
+    return read_word(value, key == "loop" ? replay.loop : replay.decimal_comma, kFlags,
+                     fmt::format("value of '{}':", key), where);
   }
   return hal::Error::of(hal::ErrorCode::kUnknownKey,
                         fmt::format("unknown option '{}' of a replayed rig", key), std::string(where),

@@ -66,7 +66,8 @@ Outcome<CheckInAnswer> EndpointTable::check_in(const CheckInRecord& check_in, Ti
   }
   if (entry.is_pedal && !check_in.pressed && check_in.nonce != 0) {
     return invalid_check_in("a pedal does not say whether it is pressed", "CheckInRequest.pressed", "",
-                            "set it in every check-in of '" + entry.config.name + "'");
+                            "set it in every check-in of '" + entry.config.name +
+                                "'; hapticctl watchdog hold does with --pressed or --released");
   }
   lapse(now);
   if (entry.is_alive && entry.sender != check_in.sender) {

@@ -347,7 +347,7 @@ int run(const Options& options) {
   } else {
     write_file(options.file, text);
     // For scripts and people: what to start, ready to be pasted.
-    std::printf("%shapticd --config '%s'\n", environment_of(peers).c_str(), options.file.c_str());
+    std::printf("%s\n", daemon_command(peers, options.file).c_str());
   }
   std::fflush(stdout);
   wait_for_the_end(ending, options, **bench, tracker, may_begin, box.get());

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <filesystem>
+#include <system_error>
 
 namespace hapticd::emulators {
 
@@ -72,8 +73,7 @@ std::string instrument_section(double mm_per_v) {
                      numbers({mm_per_v, mm_per_v, mm_per_v}));
 }
 
-}  // namespace
-
+/// The variables of the environment that hapticd needs, "A='x' B='y' ".
 std::string environment_of(const RigPeers& peers) {
   std::string text;
   if (peers.page != nullptr) {
@@ -84,6 +84,16 @@ std::string environment_of(const RigPeers& peers) {
                         fs::absolute(peers.board->path()).string(), COMEDI_STAND_IN);
   }
   return text;
+}
+
+}  // namespace
+
+std::string daemon_command(const RigPeers& peers, const std::string& rig_file) {
+  std::error_code unknown;
+  const fs::path beside = fs::read_symlink("/proc/self/exe", unknown).parent_path() / "hapticd";
+  const std::string daemon =
+      !unknown && fs::exists(beside, unknown) ? fmt::format("'{}'", beside.string()) : "hapticd";
+  return fmt::format("{}{} --config '{}'", environment_of(peers), daemon, rig_file);
 }
 
 std::string rig_file(const RigPeers& peers, const hal::RigInfo& simulated) {

@@ -22,7 +22,8 @@ struct RigPeers {
 /// The rig file that takes hapticd to them, with what else it needs as a comment.
 std::string rig_file(const RigPeers& peers, const hal::RigInfo& simulated);
 
-/// The variables of the environment that hapticd needs, "A='x' B='y' ".
-std::string environment_of(const RigPeers& peers);
+/// The command that starts the daemon beside this program on a rig file, ready to be pasted. Its bare name,
+/// if there is none.
+std::string daemon_command(const RigPeers& peers, const std::string& rig_file);
 
 }  // namespace hapticd::emulators

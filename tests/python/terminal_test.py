@@ -361,6 +361,30 @@ def test_what_is_typed_is_answered_in_words_of_the_command_line(start_daemon: Ca
             assert text in said, f"{line}: {said}"
 
 
+def test_a_pedal_that_does_not_say_whether_it_is_pressed_is_told_the_options(start_daemon: Callable[..., Any], tmp_path: Path) -> None:
+    configuration = tmp_path / "pedal.toml"
+    configuration.write_text('[[watchdog.endpoint]]\nname = "pedal"\npedal = true\n')
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    said = output_of([BINARIES / "hapticctl", "--server", daemon.address, "watchdog", "hold", "pedal"], 20)
+    assert "a pedal does not say whether it is pressed" in said and "--pressed or --released" in said, said
+
+
+def test_an_example_without_a_daemon_says_how_it_takes_the_address() -> None:
+    said = output_of([BINARIES / "first_client", "127.0.0.1:1"], 60)
+    assert "no daemon answers" in said and "first_client takes no options: the address is its argument" in said, said
+
+
+def test_a_flag_of_a_replayed_rig_that_is_none_is_named() -> None:
+    said = output_of([BINARIES / "hapticd", "--rig", "replay:run.csv?loop=yes", "--check-config"], 60)
+    assert "unknown value of 'loop': 'yes'" in said and "true, false" in said, said
+
+
+def test_the_emulated_rig_prints_a_command_that_can_be_pasted(tmp_path: Path) -> None:
+    command = [BINARIES.resolve() / "hapticd_emulated_rig", "--write", "rig.toml", "--seconds", "0.1"]
+    said = output_of(command, 60, cwd=tmp_path).splitlines()
+    assert any(line.endswith(f" '{BINARIES.resolve() / 'hapticd'}' --config 'rig.toml'") for line in said), said
+
+
 @pytest.mark.parametrize("command", ["--json status", "status", "scene list", "--help", "completion bash"])
 def test_an_output_that_is_lost_is_no_success(start_daemon: Callable[..., Any], command: str) -> None:
     daemon = start_daemon()

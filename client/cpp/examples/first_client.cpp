@@ -48,5 +48,8 @@ int main(int argc, char** argv) try {
   return 0;
 } catch (const hapticd::client::Error& error) {
   std::fprintf(stderr, "%s\n", error.what());  // what, where, the limit and the remedy, in one line
+  if (error.kind() == hapticd::client::ErrorKind::kUnreachable) {
+    std::fprintf(stderr, "first_client takes no options: the address is its argument\n");
+  }
   return 1;
 }
