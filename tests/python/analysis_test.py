@@ -219,7 +219,7 @@ def test_one_table_for_other_programs(sessions: Path, tmp_path: Path) -> None:
 def test_a_scan_without_touches_names_the_file_and_what_a_touch_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     h5py = pytest.importorskip("h5py")
     recording = tmp_path / "scan.h5"
-    contact = [1.0, 1.0, 0.0, 1.0, 0.0]  # in contact from the start, which is no touch; then one
+    contact = [1.0, 1.0, 0.0, 1.0, 0.0]  # in contact from the start, which does not count; then a touch
     with h5py.File(recording, "w") as file:
         for name in ("contact_in_contact", *(f"sample_tip_position_{axis}_mm" for axis in "xyz")):
             file[f"telemetry/{name}"] = contact

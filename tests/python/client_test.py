@@ -382,7 +382,7 @@ def test_a_lower_rate_is_every_nth_tick(rig: hapticd.Rig) -> None:
 
 @pytest.mark.parametrize("wrong", ["1", None, float("nan")])
 def test_what_is_no_number_of_seconds_is_named(rig: hapticd.Rig, wrong: Any) -> None:
-    with pytest.raises(hapticd.BadArgument, match=r"^read\(seconds\): this is no number \(got .+\); accepted: a finite number of seconds"):
+    with pytest.raises(hapticd.BadArgument, match=r"^read\(seconds\): this is not a number \(got .+\); accepted: a finite number of seconds"):
         rig.read(wrong)
     with rig.telemetry(["contact"]) as stream, pytest.raises(hapticd.BadArgument, match=r"take\(seconds\)"):
         stream.take(wrong)

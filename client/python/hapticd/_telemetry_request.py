@@ -16,7 +16,7 @@ QUEUE_SAMPLES = (100, 60000)
 def require_number(value: Any, where: str, unit: str) -> None:
     """Raises BadArgument if it is not a finite number, of numpy or not."""
     if not isinstance(value, numbers.Real) or not math.isfinite(value):
-        raise BadArgument("this is no number", where=where, value=repr(value), limit=f"a finite number of {unit}, e.g. 1.5")
+        raise BadArgument("this is not a number", where=where, value=repr(value), limit=f"a finite number of {unit}, e.g. 1.5")
 
 
 def of(
