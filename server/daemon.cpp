@@ -6,11 +6,13 @@
 #include <utility>
 
 #include "server/access/audit_log.h"
+#include "server/access/certificate.h"
 #include "server/access/console_registry.h"
 #include "server/access/lab.h"
 #include "server/access/lease_desk.h"
 #include "server/access/named_identities.h"
 #include "server/access/role_policy.h"
+#include "server/access/unknown_names.h"
 #include "server/calibration/run/calibration_runner.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/event_notes.h"
@@ -181,6 +183,8 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailur
   if (const auto error = ModelLibrary(config.model_folder).check_folder()) {
     return fail(ExitCode::kBadConfiguration, *error);
   }
+  if (const auto error = check_certificate_folder(config.certificates))
+    return fail(ExitCode::kBadConfiguration, *error);
   const std::string store_path = config.model_store.value_or("");
   if (const auto error = ModelStore::check(store_path)) return fail(ExitCode::kBadConfiguration, *error);
   auto rig = open_rig(config);
@@ -195,6 +199,7 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailur
   }
   auto turntable = make_turntable(config.turntable);
   if (!turntable) return fail(ExitCode::kBadConfiguration, turntable.error());
+  for (const std::string& line : unknown_names(config.access)) log_warning(line);
   auto parts = std::make_unique<Parts>(std::move(*rig), std::move(*turntable), std::move(*store), config);
   if (!config.scene.empty()) {
     if (const auto error = parts->scenes.preload(config.scene))

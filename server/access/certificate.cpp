@@ -12,7 +12,9 @@
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <filesystem>
 #include <memory>
+#include <system_error>
 
 namespace hapticd::server {
 
@@ -108,6 +110,19 @@ std::string organisation_of_certificate(const std::string& path) {
 
 CertificateFiles CertificateFiles::in(const std::string& folder) {
   return {folder + "/server.crt", folder + "/server.key", folder + "/authority.crt"};
+}
+
+std::optional<hal::Error> check_certificate_folder(const std::string& folder) {
+  namespace fs = std::filesystem;
+  if (folder.empty()) return std::nullopt;
+  std::error_code failure;
+  const fs::file_type type = fs::status(folder, failure).type();
+  if (type == fs::file_type::directory || type == fs::file_type::none) return std::nullopt;
+  return hal::Error::of(hal::ErrorCode::kNotFound,
+                        type == fs::file_type::not_found ? "there is no such folder" : "this is no folder",
+                        "[network] certificates", folder,
+                        "a folder with server.crt, server.key and authority.crt",
+                        "make it with deploy/make_certificates.sh, or correct the path");
 }
 
 std::optional<hal::Error> check_certificate_files(const CertificateFiles& files) {

@@ -1,6 +1,10 @@
 #include "server/config/access_section.h"
 
+#include <optional>
+#include <string>
+
 #include "server/config/config_words.h"
+#include "server/config/identity_text.h"
 #include "server/text/toml_writer.h"
 
 namespace hapticd::server {
@@ -12,11 +16,22 @@ constexpr Range kCalls{16.0, 10'000.0, "calls"};
 constexpr Range kCallsPerS{10.0, 1e6, "calls/s"};
 constexpr Range kFileMb{0.1, 1000.0, "MB"};
 
-void read_roles(TomlTable table, std::map<std::string, Role>& roles) {
-  for (const std::string& name : table.keys()) {
-    Role role = Role::kNone;
-    table.read(name, role, kRoleWords);
-    roles[name] = role;
+/// The key in the spelling that is compared; refuses a line that could never apply to anyone.
+template <class Spell>
+std::optional<std::string> spelled(TomlTable& table, const std::string& key, const std::string& place,
+                                   Spell spell) {
+  const hal::Result<std::string> known = spell(key, "'" + place + key + "'");
+  if (known) return *known;
+  table.wants(key);
+  table.refuse(key, known.error());
+  return std::nullopt;
+}
+
+template <class Spell>
+void read_roles(TomlTable table, const char* place, Spell spell, std::map<std::string, Role>& roles) {
+  for (const std::string& key : table.keys()) {
+    const auto name = spelled(table, key, place, spell);
+    if (name) table.read(key, roles[*name] = Role::kNone, kRoleWords);
   }
 }
 
@@ -41,11 +56,14 @@ void access_fields(auto& table, auto& access) {
 
 void read_access(TomlTable table, AccessConfig& access) {
   access_fields(table, access);
-  read_roles(table.table("users"), access.users);
-  read_roles(table.table("groups"), access.groups);
-  read_roles(table.table("certificates"), access.certificates);
+  read_roles(table.table("users"), "access.users.", local_name, access.users);
+  read_roles(table.table("groups"), "access.groups.", local_name, access.groups);
+  read_roles(table.table("certificates"), "access.certificates.", certificate_uri, access.certificates);
   TomlTable denied = table.table("denied");
-  for (const std::string& identity : denied.keys()) denied.read(identity, access.denied[identity], 200);
+  for (const std::string& key : denied.keys()) {
+    const auto identity = spelled(denied, key, "access.denied.", denied_identity);
+    if (identity) denied.read(key, access.denied[*identity], 200);
+  }
 }
 
 std::string write_access(const AccessConfig& access) {

@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "server/access/local_user.h"
-#include "server/process/log.h"
 
 namespace hapticd::server {
 
@@ -16,11 +15,7 @@ StopRights::StopRights(const RolePolicy& policy, const std::string& unix_group)
     if (!identity.starts_with(kUser)) continue;
     denies_users_ = true;
     const std::string name = identity.substr(kUser.size());
-    if (const auto id = user_id(name)) {
-      denied_.push_back(*id);
-    } else {
-      log_warning("[access.denied] names a user that this machine does not know: " + name);
-    }
+    if (const auto id = user_id(name)) denied_.push_back(*id);
   }
 }
 

@@ -117,6 +117,19 @@ TEST(Configuration, WhatIsWrongIsRefusedByKeyAndLine) {
           {"[rig]\ndevice = \"openhaptic\"\n", "'rig.device'", kUnknownWord, 2,
            "of_kind, openhaptics, phantom"},
           {"[access.users]\nanna = \"root\"\n", "'access.users.anna'", kUnknownWord, 2},
+          // lines that would apply to nobody
+          {"[access.users]\n\"user:anna\" = \"observer\"\n", "'access.users.user:anna'", kMalformed, 2,
+           "':'"},
+          {"[access.groups]\n\"spiffe://a/b\" = \"observer\"\n", "'access.groups.spiffe", kMalformed, 2},
+          {"[access.certificates]\nanna = \"observer\"\n", "'access.certificates.anna'", kMalformed, 2,
+           "spiffe://LAB/hapticd/ROLE/NAME"},
+          {"[access.denied]\nlocal = \"no\"\nben = \"left\"\n", "'access.denied.ben'", kMalformed, 3,
+           "user:NAME, unix:GROUP, local, spiffe://LAB/hapticd/ROLE/NAME, serial:NUMBER"},
+          {"[access.denied]\n\"user:\" = \"left\"\n", "'access.denied.user:'", kMalformed, 2},
+          {"[access.denied]\n\"serial:8AG4\" = \"lost\"\n", "'access.denied.serial:8AG4'", kMalformed, 2,
+           "hexadecimal"},
+          {"[access.denied]\n\"serial:\" = \"lost\"\n", "'access.denied.serial:'", kMalformed, 2},
+          {"[access.denied]\n\"8AD4\" = \"lost\"\n", "'access.denied.8AD4'", kMalformed, 2, "serial:NUMBER"},
           {"[network]\nlisten = \"0.0.0.0:50051\"\n", "beyond this machine", kOutOfRange, 2},
       },
       read_configuration);
@@ -213,6 +226,26 @@ TEST(Configuration, AccessHasRolesByName) {
   const auto again = test::value_of(parse_config(write_config(config), "again"));
   EXPECT_EQ(again.access.users, config.access.users);
   EXPECT_EQ(again.access.denied, config.access.denied);
+}
+
+TEST(Configuration, ANumberOfACertificateIsDeniedInEverySpelling) {
+  for (const char* key : {"serial:0AD4F1", "serial:ad4f1", "serial=0AD4F1", "serial:0A:D4:F1",
+                          "serial:00:0a:d4:f1", "serial:0xad4f1"}) {
+    const auto config =
+        test::value_of(read_configuration(std::string("[access.denied]\n\"") + key + "\" = \"lost\"\n"));
+    EXPECT_EQ(config.access.denied.size(), 1U) << key;
+    EXPECT_TRUE(config.access.denied.contains("serial:0AD4F1")) << key;
+  }
+  const auto others = test::value_of(read_configuration(
+      "[access.denied]\n\"user:ben\" = \"left\"\n\"unix:students\" = \"left\"\nlocal = \"no\"\n"
+      "\"spiffe://lab/hapticd/observer/ben\" = \"left\"\n"));
+  EXPECT_EQ(others.access.denied.size(), 4U);
+}
+
+TEST(Configuration, ABareNameOnTheDenyListIsToldItsPrefix) {
+  const hal::Result<DaemonConfig> refused = read_configuration("[access.denied]\nben = \"left\"\n");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().remedy, "for the user of this machine write \"user:ben\"");
 }
 
 TEST(Configuration, ASimulatedRigIsPutUnderTheConditionsOfALabByName) {

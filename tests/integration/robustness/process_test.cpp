@@ -247,6 +247,24 @@ TEST(ServiceProcess, ChecksAConfigurationAndPrintsAllOfIt) {
   EXPECT_EQ(run({"--version"}).output.rfind("hapticd ", 0), 0U);
 }
 
+TEST(ServiceProcess, RefusesAFolderOfCertificatesThatIsNotThere) {
+  const TemporaryFolder folder;
+  const std::string config = folder.write("hapticd.toml", "[network]\ncertificates = \"/nofolder\"\n");
+  expect_ended(run({"--config", config, "--check-config"}), 2,
+               "[network] certificates: there is no such folder (got /nofolder)");
+  expect_ended(run({"--certificates", config, "--check-config"}), 2, "this is no folder");
+}
+
+TEST(ServiceProcess, WarnsOfNamesThatThisMachineDoesNotKnow) {
+  const TemporaryFolder folder;
+  const std::string config = folder.write("hapticd.toml", "[access.users]\nno_such_user = \"observer\"\n");
+  const Ended ended = run({"--config", config, "--check-config"});
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_NE(ended.errors.find("[access.users] names a user that this machine does not know: no_such_user"),
+            std::string::npos)
+      << ended.errors;
+}
+
 /// The CPUs each thread of a process may run on, as the kernel shows them, by the thread's name.
 std::multimap<std::string, std::string> cpus_of_threads(pid_t pid) {
   std::multimap<std::string, std::string> cpus;

@@ -6,6 +6,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "server/access/unknown_names.h"
+
 namespace hapticd::server {
 namespace {
 
@@ -61,6 +63,21 @@ TEST(LocalUser, IsTheOneWhoConnectedToAUnixSocket) {
 TEST(LocalUser, HasANumber) {
   EXPECT_EQ(user_id(user_of_id(getuid()).name), getuid());
   EXPECT_FALSE(user_id("no such user"));
+}
+
+TEST(UnknownNames, AreThoseThatThisMachineDoesNotKnow) {
+  AccessConfig access;
+  access.users = {{"root", Role::kObserver}, {"no_such_user", Role::kObserver}, {"4711", Role::kObserver}};
+  access.groups = {{"root", Role::kObserver}, {"no_such_group", Role::kObserver}};
+  access.denied = {
+      {"user:root", ""}, {"user:gone", ""}, {"unix:gone_too", ""}, {"serial:0A", ""}, {"local", ""}};
+  EXPECT_EQ(unknown_names(access),
+            (std::vector<std::string>{
+                "[access.users] names a user that this machine does not know: no_such_user",
+                "[access.groups] names a group that this machine does not know: no_such_group",
+                "[access.denied] names a group that this machine does not know: gone_too",
+                "[access.denied] names a user that this machine does not know: gone"}));
+  EXPECT_TRUE(unknown_names(AccessConfig{}).empty());
 }
 
 }  // namespace
