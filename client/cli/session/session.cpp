@@ -53,8 +53,10 @@ client::Client Session::connect() const {
 }
 
 LocalError::LocalError(const std::string& what, const std::string& where, const std::string& value,
-                       const std::string& limit, const std::string& remedy)
-    : std::runtime_error(what), detail_(make_detail(what, where, value, limit, remedy)) {}
+                       const std::string& limit, const std::string& remedy, v1::ErrorReason reason)
+    : std::runtime_error(what), detail_(make_detail(what, where, value, limit, remedy)) {
+  detail_.set_reason(reason);
+}
 
 void print_json(const Json& document) {
   print_text(text_of(document, 2));

@@ -33,7 +33,8 @@ struct Session {
 class LocalError : public std::runtime_error {
  public:
   LocalError(const std::string& what, const std::string& where = "", const std::string& value = "",
-             const std::string& limit = "", const std::string& remedy = "");
+             const std::string& limit = "", const std::string& remedy = "",
+             v1::ErrorReason reason = v1::ERROR_REASON_UNSPECIFIED);
   const v1::ErrorDetail& detail() const noexcept { return detail_; }
 
  private:

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/text/option_value_error.h"
 #include "proto/text/suggestion.h"
 
 namespace hapticd::cli {
@@ -50,11 +51,13 @@ LocalError usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const std::string help = typed.words + " --help";
   const std::vector<std::string> unknown = app.remaining(true);
   const std::vector<std::string> commands = commands_below(*typed.command);
-  if (!unknown.empty() && unknown.front().starts_with('-')) {
+  // "--" only separates the program that a command runs.
+  if (!unknown.empty() && unknown.front().starts_with('-') && unknown.front() != "--") {
     const std::string option = unknown.front().substr(0, unknown.front().find('='));
     return {"there is no such option", typed.words, option, "",
             text::did_you_mean(option, options_of(*typed.command), help)};
   }
+  if (auto wrong = option_value_error(*typed.command, typed.words, error)) return *wrong;
   if (!commands.empty() && !unknown.empty()) {
     return {"there is no such command", typed.words, unknown.front(), text::comma_separated(commands),
             text::did_you_mean(unknown.front(), commands, help)};

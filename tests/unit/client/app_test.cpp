@@ -216,8 +216,8 @@ TEST(App, AMistypedWordIsNamedWithWhatWasMeant) {
             "did you mean '--ramp'?"},
            {"scene list more", "this is one word too many", "hapticctl scene list", "more",
             "hapticctl scene list --help"},
-           {"target set abc", "Could not convert: N_PER_MM = abc", "hapticctl target set", "",
-            "hapticctl target set --help"}}) {
+           {"target set 0.3 --rmap 2s", "there is no such option", "hapticctl target set", "--rmap",
+            "did you mean '--ramp'?"}}) {
     Built built;
     try {
       built.app.parse(one.line, false);
@@ -228,6 +228,75 @@ TEST(App, AMistypedWordIsNamedWithWhatWasMeant) {
       EXPECT_EQ(told.detail().where(), one.where) << one.line;
       EXPECT_EQ(told.detail().value(), one.value) << one.line;
       EXPECT_EQ(told.detail().remedy(), one.remedy) << one.line;
+    }
+  }
+}
+
+TEST(App, AValueThatCannotBeIsNamedWithWhatIsPossible) {
+  struct Case {
+    const char* line;
+    const char* what;
+    const char* where;
+    const char* value;
+    const char* limit;
+    const char* remedy;
+    v1::ErrorReason reason;
+  };
+  constexpr auto kInvalid = v1::ERROR_REASON_INVALID;
+  constexpr auto kRange = v1::ERROR_REASON_OUT_OF_RANGE;
+  constexpr const char* kNoNumber = "this is not a number";
+  constexpr const char* kNotInRange = "this is out of range";
+  for (const Case& one : std::vector<Case>{
+           {"target set abc", kNoNumber, "target set N_PER_MM", "abc",
+            "a number with a point, in N/mm, such as 0.3", "hapticctl target set --help", kInvalid},
+           {"target set 0,3", kNoNumber, "target set N_PER_MM", "0,3",
+            "a number with a point, in N/mm, such as 0.3", "did you mean '0.3'?", kInvalid},
+           {"target set 0.3N/mm", kNoNumber, "target set N_PER_MM", "0.3N/mm",
+            "a number with a point, in N/mm, such as 0.3", "did you mean '0.3'?", kInvalid},
+           {"target set 0.3 --ramp 2s", kNoNumber, "target set --ramp", "2s",
+            "a number with a point, in s, such as 0.3", "did you mean '2'?", kInvalid},
+           {"target set 0.3 --at-ns 0.5", "this is not a whole number", "target set --at-ns", "0.5",
+            "a whole number, in ns, such as 3", "hapticctl target set --help", kInvalid},
+           {"sim hand press --force 2000mN", kNoNumber, "sim hand press --force", "2000mN",
+            "a number with a point, in N, such as 0.3", "hapticctl sim hand press --help", kInvalid},
+           {"identify contact --object a --force 2000mN", kNoNumber, "identify contact --force", "2000mN",
+            "a number with a point, in N, 0.2 … 30", "hapticctl identify contact --help", kInvalid},
+           {"identify contact --object a --displacement -1", kNotInRange, "identify contact --displacement",
+            "-1", "greater than 0 mm", "hapticctl identify contact --help", kRange},
+           {"identify contact --object a --speed 0", kNotInRange, "identify contact --speed", "0",
+            "greater than 0 mm/s", "hapticctl identify contact --help", kRange},
+           {"turntable move 45 --acceleration 0", kNotInRange, "turntable move --acceleration", "0",
+            "greater than 0 deg/s²", "hapticctl turntable move --help", kRange},
+           {"telemetry watch --seconds -1", kNotInRange, "telemetry watch --seconds", "-1", "0 s or more",
+            "hapticctl telemetry watch --help", kRange},
+           {"telemetry watch --decimation 0", kNotInRange, "telemetry watch --decimation", "0", "1 … 10000",
+            "hapticctl telemetry watch --help", kRange},
+           {"identify structural --rigid --least-object-stiffness 1", kNotInRange,
+            "identify structural --least-object-stiffness", "1", "10 … 1000000 N/mm",
+            "hapticctl identify structural --help", kRange},
+           {"lease hold --ttl 100 -- true", kNotInRange, "lease hold --ttl", "100", "1 … 60 s",
+            "hapticctl lease hold --help", kRange},
+           {"status --timeout 0", kNotInRange, "status --timeout", "0", "0.01 … 3600 s",
+            "hapticctl status --help", kRange},
+           {"identify contact --object a --law crep", "this is none of the words it may be",
+            "identify contact --law", "crep", "hunt_crossley, creep", "did you mean 'creep'?",
+            v1::ERROR_REASON_UNKNOWN_WORD},
+           {"identify contact --object a --press-direction 0,0,x", "this cannot be read",
+            "identify contact --press-direction", "0,0,x", "X,Y,Z", "hapticctl identify contact --help",
+            kInvalid}}) {
+    SCOPED_TRACE(one.line);
+    Built built;
+    try {
+      built.app.parse(one.line, false);
+      ADD_FAILURE() << "it is accepted";
+    } catch (const CLI::ParseError& error) {
+      const v1::ErrorDetail told = usage_error(built.app, error).detail();
+      EXPECT_EQ(told.what(), one.what);
+      EXPECT_EQ(told.where(), std::string("hapticctl ") + one.where);
+      EXPECT_EQ(told.value(), one.value);
+      EXPECT_EQ(told.limit(), one.limit);
+      EXPECT_EQ(told.remedy(), one.remedy);
+      EXPECT_EQ(told.reason(), one.reason);
     }
   }
 }
