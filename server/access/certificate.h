@@ -30,8 +30,8 @@ struct CertificateFiles {
   static CertificateFiles in(const std::string& folder);
 };
 
-/// Refuses a folder of certificates that is not there, or is no folder. An empty name is none; a folder that
-/// this user may not see may be there.
+/// Refuses a folder of certificates that is not there, or is not a folder. An empty name means none; a folder
+/// that this user may not see may be there.
 std::optional<hal::Error> check_certificate_folder(const std::string& folder);
 
 /// Checks what would keep a daemon from serving with these files: missing, not matching, expired, of another

@@ -38,7 +38,7 @@ hal::Error no_identity(std::string what, std::string_view text, std::string limi
 }
 
 /// The number of a certificate as OpenSSL writes it in capitals: an even count of digits, a zero before an
-/// odd one. Empty: it is no number.
+/// odd one. Empty if it is not a number.
 std::string serial_digits(std::string_view text) {
   std::string digits;
   if (text.starts_with("0x") || text.starts_with("0X")) text.remove_prefix(2);

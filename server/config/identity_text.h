@@ -8,9 +8,9 @@
 namespace hapticd::server {
 
 /// An identity as a line of [access.denied] names it, in the one spelling that the daemon compares:
-/// "user:NAME", "unix:GROUP", "local", the URI of a certificate, or "serial:" and its number in capitals. Of
-/// a number every usual spelling is understood: small letters, colons, leading zeros, "serial=" and "0x". A
-/// text that can be no identity is refused by the name of its `key`.
+/// "user:NAME", "unix:GROUP", "local", the URI of a certificate, or "serial:" and its number in capitals.
+/// Every usual spelling of a number is understood: small letters, colons, leading zeros, "serial=" and "0x".
+/// A text that can be no identity is refused by the name of its `key`.
 hal::Result<std::string> denied_identity(std::string_view text, const std::string& key);
 
 /// Refuses what can be no name of a user or group of this machine.
