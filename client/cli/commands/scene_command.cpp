@@ -8,6 +8,7 @@
 #include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/text_table.h"
+#include "client/cli/text/utf8_check.h"
 
 namespace hapticd::cli {
 namespace {
@@ -21,8 +22,25 @@ client::SceneSource source_of(const std::string& name_or_file, const std::string
   if (is_file && source.toml.find_first_not_of(" \t\r\n") == std::string::npos)
     throw LocalError("the scene file is empty", name_or_file, "", "",
                      "hapticctl scene show tap_1d prints one to begin with");
+  if (is_file) require_utf8(source.toml, name_or_file);
   source.object_model = object_model;
   return source;
+}
+
+/// What `call` returns. If the daemon has no scene of that name and a file of it is here, the refusal names
+/// the file.
+template <class Call>
+auto with_hint_at_file(const std::string& name, Call call) {
+  try {
+    return call();
+  } catch (const client::Error& error) {
+    const std::string file = "./" + name + ".toml";
+    const bool is_unknown = error.code() == "NOT_FOUND" && error.detail().value() == name;
+    if (!is_unknown || !std::filesystem::is_regular_file(file)) throw;
+    v1::ErrorDetail detail = error.detail();
+    detail.set_remedy("did you mean the file '" + file + "'?");
+    throw client::Error(error.kind(), error.code(), detail);
+  }
 }
 
 template <class List>
@@ -116,7 +134,8 @@ void add_scene_command(CLI::App& app, Session& session) {
       "  hapticctl scene load explore_rod --model rubber_ball_3d");
   add_argument(load);
   load->callback([&session, argument, model] {
-    const auto answer = session.connect().load_scene(source_of(*argument, *model));
+    const client::SceneSource source = source_of(*argument, *model);
+    const auto answer = with_hint_at_file(*argument, [&] { return session.connect().load_scene(source); });
     if (session.json) return print_json(to_json(answer));
     print_outline(answer.outline(), Detail::kBrief);
     print_line("in use from tick {}; its stages: hapticctl scene explain {}", answer.effective_tick(),
@@ -136,7 +155,9 @@ void add_scene_command(CLI::App& app, Session& session) {
   show->footer("Example:\n  hapticctl scene show tap_1d > mine.toml");
   add_argument(show);
   show->callback([&session, argument, model] {
-    const auto outline = session.connect().explain_scene(source_of(*argument, *model));
+    const client::SceneSource source = source_of(*argument, *model);
+    const auto outline =
+        with_hint_at_file(*argument, [&] { return session.connect().explain_scene(source); });
     if (session.json) return print_json({{"toml", outline.resolved_toml()}});
     print_text(outline.resolved_toml());
   });
@@ -148,7 +169,9 @@ void add_scene_command(CLI::App& app, Session& session) {
       "  hapticctl scene explain explore_rod --model sponge_cut");
   add_argument(explain);
   explain->callback([&session, argument, model] {
-    const auto outline = session.connect().explain_scene(source_of(*argument, *model));
+    const client::SceneSource source = source_of(*argument, *model);
+    const auto outline =
+        with_hint_at_file(*argument, [&] { return session.connect().explain_scene(source); });
     if (session.json) return print_json(to_json(outline));
     print_outline(outline, Detail::kAll);
     print_line("");

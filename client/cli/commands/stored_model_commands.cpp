@@ -8,6 +8,7 @@
 
 #include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
+#include "client/cli/text/utf8_check.h"
 #include "client/cli/view/stored_model_view.h"
 
 namespace hapticd::cli {
@@ -58,8 +59,11 @@ void export_model(Session& session, const Words& words) {
 }
 
 std::string read_input(const std::string& file) {
-  if (file != "-") return read_text_file(file);
-  return {std::istreambuf_iterator<char>(std::cin), {}};
+  const bool is_file = file != "-";
+  std::string text =
+      is_file ? read_text_file(file) : std::string(std::istreambuf_iterator<char>(std::cin), {});
+  require_utf8(text, is_file ? file : "standard input");
+  return text;
 }
 
 void add_tag_commands(CLI::App& model, Session& session, const std::shared_ptr<Words>& words) {
@@ -100,7 +104,8 @@ void add_file_commands(CLI::App& model, Session& session, const std::shared_ptr<
       "  hapticctl model export 1a2b3c4d5e6f | hapticctl -s other:50051 model import -");
   from_file->add_option("FILE", words->file, "What export wrote; - = standard input")->required();
   from_file->callback([&session, words] {
-    const auto answer = session.connect().import_stored_model(read_input(words->file));
+    const std::string json = read_input(words->file);
+    const auto answer = session.connect().import_stored_model(json);
     if (session.json) return print_json(to_json(answer));
     print(stored_model_text(answer, Terminal::detect()));
   });

@@ -12,6 +12,8 @@
 #include "client/cli/session/print.h"
 #include "client/cli/text/report.h"
 #include "client/cli/text/usage_error.h"
+#include "client/cli/text/utf8_check.h"
+#include "proto/text/utf8_text.h"
 
 namespace hapticd::cli {
 
@@ -53,9 +55,11 @@ int run_program(int argc, char** argv, void (*build)(CLI::App& app, Session& ses
   // Set by hapticctl lease hold; not an option, for others could read it in the list of processes.
   if (const char* token = std::getenv("HAPTICD_LEASE")) session.lease_token = token;
   for (int i = 0; i < argc; ++i) session.command_line += (i == 0 ? "hapticctl" : std::string(" ") + argv[i]);
+  session.command_line = text::repaired_utf8(session.command_line);  // names of files may be anything
   CLI::App app;
   app.name("hapticctl");
   build(app, session);
+  require_utf8_options(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

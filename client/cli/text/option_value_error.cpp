@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/text/suggestion.h"
+#include "proto/text/utf8_text.h"
 
 namespace hapticd::cli {
 namespace {
@@ -99,6 +100,11 @@ std::optional<LocalError> option_value_error(const CLI::App& command, const std:
   const std::string value = CLI::detail::join(option->results(), ",");
   const std::string where = words + " " + option->get_name();
   const std::string help = words + " --help";
+  if (!text::is_utf8(value)) {
+    return LocalError("this is not UTF-8", where, text::repaired_utf8(value), "text in UTF-8",
+                      "type it where the locale is one of UTF-8, e.g. LC_ALL=C.UTF-8",
+                      v1::ERROR_REASON_INVALID);
+  }
   const std::string type = option->get_type_name();
   if (const auto choice = words_of(type); !choice.empty()) {
     return LocalError("this is none of the words it may be", where, value, text::comma_separated(choice),

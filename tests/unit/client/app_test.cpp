@@ -13,6 +13,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/text/report.h"
 #include "client/cli/text/usage_error.h"
+#include "client/cli/text/utf8_check.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {
@@ -24,6 +25,7 @@ struct Built {
   Built() {
     app.name("hapticctl");
     build_app(app, session);
+    require_utf8_options(app);
   }
 };
 
@@ -281,6 +283,11 @@ TEST(App, AValueThatCannotBeIsNamedWithWhatIsPossible) {
            {"identify contact --object a --law crep", "this is none of the words it may be",
             "identify contact --law", "crep", "hunt_crossley, creep", "did you mean 'creep'?",
             v1::ERROR_REASON_UNKNOWN_WORD},
+           {"record start press --note M\xFCller", "this is not UTF-8", "record start --note",
+            "M\xEF\xBF\xBDller", "text in UTF-8",
+            "type it where the locale is one of UTF-8, e.g. LC_ALL=C.UTF-8", kInvalid},
+           {"record start M\xFCller", "this is not UTF-8", "record start NAME", "M\xEF\xBF\xBDller",
+            "text in UTF-8", "type it where the locale is one of UTF-8, e.g. LC_ALL=C.UTF-8", kInvalid},
            {"identify contact --object a --press-direction 0,0,x", "this cannot be read",
             "identify contact --press-direction", "0,0,x", "X,Y,Z", "hapticctl identify contact --help",
             kInvalid}}) {
@@ -297,6 +304,36 @@ TEST(App, AValueThatCannotBeIsNamedWithWhatIsPossible) {
       EXPECT_EQ(told.limit(), one.limit);
       EXPECT_EQ(told.remedy(), one.remedy);
       EXPECT_EQ(told.reason(), one.reason);
+    }
+  }
+}
+
+TEST(App, AFileThatIsNotUtf8IsNamedWithItsLine) {
+  struct Case {
+    std::string text;
+    const char* what;
+    const char* line;
+    const char* value;
+  };
+  const test::TemporaryFolder folder;
+  const std::string utf16("\xFF\xFEn\0a\0", 6);
+  for (const Case& one :
+       {Case{"name = \"a\"\n# M\xFCller\n", "this is not UTF-8", "2", "# M\xEF\xBF\xBDller"},
+        Case{"# M\xFCller", "this is not UTF-8", "1", "# M\xEF\xBF\xBDller"},
+        Case{utf16, "this is UTF-16, not UTF-8", "1", ""}}) {
+    const std::string file = folder.write("bad.toml", one.text);
+    for (const char* command : {"scene explain ", "scene load ", "model import "}) {
+      SCOPED_TRACE(command + one.text);
+      Built built;
+      built.session.server = "unix:/nonexistent/hapticd.sock";
+      try {
+        built.app.parse(command + file, false);
+        ADD_FAILURE() << "it is accepted";
+      } catch (const LocalError& error) {
+        EXPECT_EQ(error.detail().what(), one.what);
+        EXPECT_EQ(error.detail().where(), file + ", line " + one.line);
+        EXPECT_EQ(error.detail().value(), one.value);
+      }
     }
   }
 }
