@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "client/cli/commands/commands.h"
@@ -37,16 +38,26 @@ v1::FeasibleRange feasible_range(client::Client& client, const v1::GetFeasibleRa
   }
 }
 
+/// The range, or why there is none: the device pulls too little to make the object as soft as it would have
+/// to be.
+std::string feasible_words(const v1::FeasibleRange& range) {
+  if (std::isinf(range.max_n_per_mm()))
+    return fmt::format("from {:.3f} N/mm, without upper limit", range.min_n_per_mm());
+  if (range.min_n_per_mm() <= range.max_n_per_mm())
+    return fmt::format("{:.3f} to {:.3f} N/mm", range.min_n_per_mm(), range.max_n_per_mm());
+  return fmt::format(
+      "nothing: the device makes this object no softer than {:.3f} N/mm, and no more than {:.3f} N/mm is "
+      "allowed",
+      range.min_n_per_mm(), range.max_n_per_mm());
+}
+
 void print_range(const v1::FeasibleRange& range) {
   const Terminal terminal = Terminal::detect();
   TextTable table;
   table.add({"hand force", quantity(range.hand_force_n(), 2, "N")});
   table.add({"real object", quantity(range.object_stiffness_n_per_mm(), 3, "N/mm")});
   table.add({"device", fmt::format("up to {:g} N", range.device_max_force_n())});
-  const bool unlimited = std::isinf(range.max_n_per_mm());
-  table.add({"feasible",
-             unlimited ? fmt::format("from {:.3f} N/mm, without upper limit", range.min_n_per_mm())
-                       : fmt::format("{:.3f} to {:.3f} N/mm", range.min_n_per_mm(), range.max_n_per_mm())});
+  table.add({"feasible", feasible_words(range)});
   if (range.max_limited_by() > v1::LIMITING_REASON_NONE)
     table.add({"bounded by", word(range.max_limited_by())});
   table.print(terminal);

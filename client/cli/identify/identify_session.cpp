@@ -220,8 +220,9 @@ void IdentifySession::list() {
   TextTable table({"identification", "what", "state", "done", "s", "residual", "model"},
                   {Align::kLeft, Align::kLeft, Align::kLeft, Align::kRight, Align::kRight, Align::kRight});
   for (const auto& one : answer.identifications()) {
-    table.add({one.identification(), identify_subject(one), word(one.state()), percent_done(one.completion()),
-               fmt::format("{:.1f}", one.duration_s()),
+    table.add({one.identification(), identify_subject(one), word(one.state()),
+               is_of_earlier_run(one) ? "-" : percent_done(one.completion()),
+               is_of_earlier_run(one) ? "-" : fmt::format("{:.1f}", one.duration_s()),
                one.has_residual() ? fmt::format("{:.2g} %", 100.0 * one.residual()) : "-",
                one.model().empty() ? "-" : one.model().substr(0, 12)});
   }

@@ -265,6 +265,10 @@ std::string identify_subject(const v1::IdentificationProgress& progress) {
   return printable(text);
 }
 
+bool is_of_earlier_run(const v1::IdentificationProgress& progress) {
+  return is_over(progress) && progress.time_limit_s() == 0.0;
+}
+
 std::vector<std::string> draw_fit(const v1::IdentificationProgress& progress, int width, int height,
                                   const Terminal& terminal) {
   TerminalSeries measured = dots("measured", Color::kCyan);
@@ -345,9 +349,10 @@ std::string identify_line(const v1::IdentificationProgress& progress, const Term
 std::vector<std::string> identify_report(const v1::IdentificationProgress& progress, bool adopted,
                                          const Terminal& terminal) {
   constexpr int kAll = 100;
-  std::vector<std::string> lines{
-      fmt::format("{}  {}: {} after {:.1f} s", terminal.bold(printable(progress.identification())),
-                  identify_subject(progress), painted_state(progress, terminal), progress.duration_s())};
+  std::vector<std::string> lines{fmt::format("{}  {}: {}",
+                                             terminal.bold(printable(progress.identification())),
+                                             identify_subject(progress), painted_state(progress, terminal))};
+  if (!is_of_earlier_run(progress)) lines.front() += fmt::format(" after {:.1f} s", progress.duration_s());
   append(lines, parameter_lines(progress, kAll, terminal));
   lines.push_back("  " + flags(progress, terminal));
   append(lines, list_lines("missing", progress.missing(), kAll, Color::kYellow, terminal));

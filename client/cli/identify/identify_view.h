@@ -35,4 +35,7 @@ std::string identify_subject(const v1::IdentificationProgress& progress);
 /// True if it is over, however it ended.
 bool is_over(const v1::IdentificationProgress& progress);
 
+/// True if it ended in an earlier run of the daemon, which keeps its result and not how long it took.
+bool is_of_earlier_run(const v1::IdentificationProgress& progress);
+
 }  // namespace hapticd::cli

@@ -45,5 +45,15 @@ TEST(HapticctlFeasible, WaitsForNothingElse) {
   EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(30)) << errors;
 }
 
+TEST(HapticctlFeasible, SaysThatNothingIsAndWhy) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  ChildProcess child(HAPTICCTL_BINARY, {"--server", service.address(), "feasible", "--hand-force", "4",
+                                        "--object-stiffness", "380"});
+  EXPECT_EQ(child.wait(), 0) << child.errors();
+  EXPECT_NE(child.output().find("nothing: the device makes this object no softer than"), std::string::npos)
+      << child.output();
+}
+
 }  // namespace
 }  // namespace hapticd::test

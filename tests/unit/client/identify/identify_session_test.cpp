@@ -316,6 +316,19 @@ TEST(IdentifySession, ListShowsTheLastOnes) {
   EXPECT_TRUE(holds(outcome.output, "3f9a12bc77aa")) << outcome.output;
 }
 
+TEST(IdentifySession, ListShowsNoNumbersOfEarlierRunsOfTheDaemon) {
+  v1::IdentificationProgress earlier;
+  earlier.set_identification("contact-3");
+  earlier.set_kind("contact");
+  earlier.set_object("sponge");
+  earlier.set_state(v1::IDENTIFICATION_STATE_CONVERGED);
+  const IdentifyFakeService fake({.progress = {earlier}});
+  const Outcome outcome = outcome_of(fake, [](IdentifySession& identify) { identify.list(); });
+  EXPECT_TRUE(holds(outcome.output, "contact-3")) << outcome.output;
+  EXPECT_FALSE(holds(outcome.output, "0 %")) << outcome.output;
+  EXPECT_FALSE(holds(outcome.output, "0.0")) << outcome.output;
+}
+
 TEST(IdentifySession, FitAndCoverageAreDrawnAtTheEnd) {
   if (std::system("command -v gnuplot > /dev/null") != 0) GTEST_SKIP() << "gnuplot is not installed";
   const IdentifyFakeService fake({.progress = run_to(v1::IDENTIFICATION_STATE_PARTIAL, 1)});
