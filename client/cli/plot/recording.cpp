@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 
 #include "client/cli/session/session.h"
 #include "client/cli/session/terminal.h"
@@ -51,12 +50,13 @@ std::vector<std::string> origin_lines(const v1::RigInfo& rig, const v1::RigState
 Recording::Recording(const std::string& path, const std::vector<std::string>& origin,
                      const std::vector<v1::FieldGroup>& groups)
     : path_(path), columns_(groups) {
-  const auto folder = std::filesystem::path(path).parent_path();
-  std::error_code ignored;
-  if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
   errno = 0;
   file_.open(path, std::ios::trunc);
-  if (!file_) throw LocalError(std::string("cannot write the recording: ") + std::strerror(errno), path);
+  if (!file_) {
+    const std::string why = std::strerror(errno);
+    throw LocalError("cannot write the recording", path, why, "a file in a folder that is there",
+                     "make the folder, or see its rights");
+  }
   for (const auto& line : origin) file_ << "# " << line << '\n';
   file_ << fmt::format("{}\n", fmt::join(columns_.names(), ","));
 }

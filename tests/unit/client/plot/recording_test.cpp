@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -82,7 +83,7 @@ TEST(TelemetryColumns, ARowHasACellForEachColumn) {
 
 TEST(Recording, NamesRigSceneAndMissingSamples) {
   const test::TemporaryFolder folder;
-  const std::string path = folder.path("new_folder/deeper/recording.csv");
+  const std::string path = folder.path("recording.csv");
   v1::RigState state;
   state.set_scene("tap_1d");
   state.set_target_stiffness_n_per_mm(0.5);
@@ -112,8 +113,18 @@ TEST(Recording, NamesRigSceneAndMissingSamples) {
   EXPECT_EQ(table.column("contact_reaction_force_n"), (std::vector<double>{0.5, 0.5, 0.5}));
 }
 
-TEST(Recording, SaysWhereItCannotWrite) {
-  EXPECT_THROW(Recording("/proc/no/such.csv", {}, {}), LocalError);
+TEST(Recording, SaysWhereItCannotWriteAndMakesNoFolder) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("no_folder/recording.csv");
+  try {
+    const Recording recording(path, {}, {});
+    ADD_FAILURE() << "it is written";
+  } catch (const LocalError& error) {
+    EXPECT_EQ(error.detail().what(), "cannot write the recording");
+    EXPECT_EQ(error.detail().where(), path);
+    EXPECT_EQ(error.detail().value(), "No such file or directory");
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path("no_folder")));
 }
 
 }  // namespace
