@@ -49,7 +49,7 @@ std::optional<hal::Error> check(const HandProgram& p) {
 std::optional<hal::Error> check_structure_and_sensor(const SimulationConfig& config) {
   const auto refuse = [](const char* key, double value, const char* limit) {
     return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(key) + " is out of range", "[rig.sim]",
-                          std::to_string(value), limit, "");
+                          hal::number_text(value), limit, "choose a value in the range");
   };
   const double gradient = length(config.structural_gradient_per_mm);
   if (!(gradient <= 0.02)) return refuse("structural_gradient_per_mm", gradient, "0 … 0.02 1/mm");
@@ -71,7 +71,8 @@ std::optional<hal::Error> check_structure_and_sensor(const SimulationConfig& con
 std::optional<hal::Error> check_custom(const SimulationConfig& config) {
   const auto refuse = [](const std::string& key, double value, const char* limit) {
     return hal::Error::of(hal::ErrorCode::kOutOfRange, key + " is out of range",
-                          "custom device or object of a simulated rig", std::to_string(value), limit, "");
+                          "custom device or object of a simulated rig", hal::number_text(value), limit,
+                          "choose a value in the range");
   };
   constexpr double kMax = HUGE_VAL;
   struct Range {
@@ -133,7 +134,7 @@ hal::Result<DeviceModel> device_of(const SimulationConfig& config) {
   }
   const auto refuse = [](const char* key, double value, const std::string& limit) {
     return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(key) + " is out of range", "[rig.sim]",
-                          std::to_string(value), limit, "");
+                          hal::number_text(value), limit, "choose a value in the range");
   };
   if (!(config.rate_hz >= 500.0 && config.rate_hz <= 10000.0)) {
     return refuse("rate_hz", config.rate_hz, "500 … 10000 Hz");
@@ -147,7 +148,7 @@ hal::Result<DeviceModel> device_of(const SimulationConfig& config) {
                           (2.0 * std::numbers::pi);
     if (!(model->structural_mode_hz >= lowest && model->structural_mode_hz <= 1000.0)) {
       return refuse("structural_mode_hz", model->structural_mode_hz,
-                    std::to_string(lowest) + " … 1000 Hz (below, mass and stiffness admit no such mode)");
+                    hal::number_text(lowest) + " … 1000 Hz (below, mass and stiffness admit no such mode)");
     }
   }
   if (config.structural_damping) {

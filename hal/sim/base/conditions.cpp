@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "hal/shown_text.h"
 namespace hapticd::sim {
 
 namespace {
@@ -137,18 +138,19 @@ hal::Result<Conditions> conditions_of(const std::string& preset,
                             "see hal/sim/README.md", "");
     }
     if (!(value >= field->low && value <= field->high)) {
-      return hal::Error::of(
-          hal::ErrorCode::kOutOfRange, name + " is out of range", "[rig.sim.conditions]",
-          std::to_string(value),
-          std::to_string(field->low) + " … " + std::to_string(field->high) + " " + std::string(field->unit),
-          "");
+      return hal::Error::of(hal::ErrorCode::kOutOfRange, name + " is out of range", "[rig.sim.conditions]",
+                            hal::number_text(value),
+                            hal::number_text(field->low) + " … " + hal::number_text(field->high) + " " +
+                                std::string(field->unit),
+                            "choose a value in the range");
     }
     conditions.*field->value = value;
   }
   if (conditions.vibration_high_hz < conditions.vibration_low_hz) {
     return hal::Error::of(hal::ErrorCode::kContradiction, "vibration_high_hz is below vibration_low_hz",
-                          "[rig.sim.conditions]", std::to_string(conditions.vibration_high_hz),
-                          "at least " + std::to_string(conditions.vibration_low_hz) + " Hz", "");
+                          "[rig.sim.conditions]", hal::number_text(conditions.vibration_high_hz),
+                          "at least " + hal::number_text(conditions.vibration_low_hz) + " Hz",
+                          "raise vibration_high_hz, or lower vibration_low_hz");
   }
   return conditions;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "hal/error.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::sim {
 
@@ -12,8 +13,10 @@ inline std::optional<hal::Error> out_of_range(const char* field, const char* whe
                                               double high, const char* unit) {
   if (value >= low && value <= high) return std::nullopt;
   return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(field) + " is out of range", where,
-                        std::to_string(value),
-                        std::to_string(low) + " … " + std::to_string(high) + " " + unit, "");
+                        hal::number_text(value),
+                        hal::number_text(low) + " … " + hal::number_text(high) +
+                            (unit[0] == '\0' ? std::string() : std::string(" ") + unit),
+                        "choose a value in the range");
 }
 
 }  // namespace hapticd::sim

@@ -70,6 +70,9 @@ TEST(ServiceSimulation, RefusesProgramsThatMakeNoSense) {
     expect_refused(set(wrong), grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_OUT_OF_RANGE,
                    "SetHandProgramRequest.program");
   }
+  expect_refused(set([&](P& p) { kind(p, v1::HAND_PROGRAM_KIND_PRESS).set_force_n(200.0); }),
+                 Expected{grpc::StatusCode::INVALID_ARGUMENT, "force_n is out of range",
+                          "SetHandProgramRequest.program", "200", "0 … 30 N", "choose a value in the range"});
   for (const auto& right : std::vector<std::function<void(P&)>>{
            [&](P& p) {
              kind(p, v1::HAND_PROGRAM_KIND_SHAKE).set_tilt_deg(20.0);
