@@ -10,6 +10,8 @@
 
 namespace {
 
+constexpr int kBadCommandLine = 2;
+
 std::atomic<bool> stopping{false};
 void stop(int) {
   stopping = true;
@@ -54,7 +56,11 @@ int main(int argc, char** argv) {
       "measurement, and a STATUS each second.\n\n"
       "Examples:\n  hapticd-igtl\n  hapticd-igtl --frame reference --rate 120 --predict 20 --listen 0.0.0.0\n"
       "  hapticd-igtl --reference StylusToTracker      while hapticctl calibrate runs");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadCommandLine;
+  }
   if (frame == "device") options.frame = v1::POSE_FRAME_DEVICE;
   if (frame == "reference") options.frame = v1::POSE_FRAME_REFERENCE;
   if (version == "1") options.sent = igtl_bridge::HeaderVersion::k1;

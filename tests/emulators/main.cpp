@@ -37,6 +37,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace hapticd;
 
+constexpr int kBadCommandLine = 2;
+
 struct Options {
   std::string device = "phantom_1_0";
   std::string object = "sponge_block";
@@ -438,7 +440,11 @@ int main(int argc, char** argv) {
       "  hapticd_emulated_rig --object sponge_block --force-n 2 --write rig.toml &\n"
       "  (prints the line that starts hapticd on it, e.g.)\n"
       "  HD_STAND_IN_PAGE=/tmp/hapticd-emulated-x/page hapticd --config rig.toml --scene tap_1d");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadCommandLine;
+  }
   try {
     return run(options);
   } catch (const std::exception& error) {

@@ -74,7 +74,11 @@ int main(int argc, char** argv) {
   app.footer(
       "Examples:\n  hapticd-export press.mcap --out press.h5\n"
       "  hapticd-export press.mcap --out press.csv --columns contact_reaction_force_n --from 10 --to 20");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kRefused;
+  }
   if (format->count() == 0) {
     const bool is_csv = request.output.ends_with(".csv");
     if (!is_csv && !request.output.ends_with(".h5") && !request.output.ends_with(".hdf5")) {

@@ -257,6 +257,13 @@ TEST(Igtl, RefusesInWordsWhatTheDaemonRefuses) {
   EXPECT_NE(bridge.errors().find("reference frame"), std::string::npos) << bridge.errors();
 }
 
+TEST(Igtl, EndsWithTwoOnACommandLineThatCannotBe) {
+  for (const char* option : {"--no-such-option", "--port=many", "--frame=table"}) {
+    ChildProcess bridge(HAPTICD_IGTL_BINARY, {option});
+    EXPECT_EQ(bridge.wait(), 2) << bridge.errors();
+  }
+}
+
 TEST(IgtlMessages, ATransformComesThroughInPiecesWithItsStamp) {
   igtl_bridge::MessageReader reader;
   const igtl_bridge::Packed bytes = sent_transform("StylusToTracker", 1.0F, 1.0F, 12.5F);

@@ -210,6 +210,8 @@ TEST_F(EmulatedRigProcess, PeersEndWhenTheyAreReported) {
     EXPECT_EQ(refused.output(), "");
     EXPECT_NE(refused.errors(), "");
   }
+  EXPECT_EQ(ChildProcess(EMULATED_RIG, {"--no-such-option"}).wait(), 2);
+  EXPECT_EQ(ChildProcess(EMULATED_RIG, {"--udp-port", "70000"}).wait(), 2);
 }
 
 }  // namespace

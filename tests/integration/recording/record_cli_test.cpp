@@ -106,6 +106,8 @@ TEST_F(RecordCli, WritesNoFormatUnderTheNameOfAnother) {
   ChildProcess exported(program.string(), {folder_.path("a.mcap"), "--out", folder_.path("b.mcap")});
   EXPECT_NE(exported.wait(), 0);
   EXPECT_NE(exported.errors().find("the format is not known"), std::string::npos) << exported.errors();
+  EXPECT_EQ(ChildProcess(program.string(), {"a.mcap", "--no-such-option"}).wait(), 2);
+  EXPECT_EQ(ChildProcess(program.string(), {}).wait(), 2);
 }
 
 /// The curves of a plot: what gnuplot drew, without its title.
