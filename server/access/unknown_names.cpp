@@ -36,6 +36,13 @@ std::vector<std::string> unknown_names(const AccessConfig& access) {
   for (const auto& [identity, why] : access.denied) {
     if (identity.starts_with(kUser)) judge_user("[access.denied]", identity.substr(kUser.size()));
     if (identity.starts_with(kGroup)) judge_group("[access.denied]", identity.substr(kGroup.size()));
+    const std::string& opens = access.unix_socket_group;
+    if (identity.starts_with(kGroup) && !opens.empty() && identity.substr(kGroup.size()) != opens) {
+      lines.push_back(
+          fmt::format("[access.denied] names a group other than unix_socket_group = \"{}\", so it denies "
+                      "nobody: {}",
+                      opens, identity));
+    }
   }
   return lines;
 }

@@ -78,6 +78,13 @@ TEST(UnknownNames, AreThoseThatThisMachineDoesNotKnow) {
                 "[access.denied] names a group that this machine does not know: gone_too",
                 "[access.denied] names a user that this machine does not know: gone"}));
   EXPECT_TRUE(unknown_names(AccessConfig{}).empty());
+  AccessConfig groups;
+  groups.unix_socket_group = "root";
+  groups.denied = {{"unix:root", ""}, {"unix:daemon", ""}};
+  EXPECT_EQ(
+      unknown_names(groups),
+      std::vector<std::string>{"[access.denied] names a group other than unix_socket_group = \"root\", so it "
+                               "denies nobody: unix:daemon"});
 }
 
 }  // namespace
