@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "hal/shown_text.h"
 #include "hal/sim/simulated_rig.h"
 #include "tests/support/value_of.h"
 #include "virtual_rig.h"
@@ -179,8 +180,8 @@ const Field kFields[] = {{"force_n", &HandProgram::force_n, 0.0, 30.0, "N"},
 TEST(HandProgramCheck, EveryFieldHasItsRange) {
   test::VirtualRig made({});
   for (const Field& field : kFields) {
-    const std::string limit =
-        std::to_string(field.low) + " … " + std::to_string(field.high) + " " + field.unit;
+    std::string limit = hal::number_text(field.low) + " … " + hal::number_text(field.high);
+    if (*field.unit != '\0') limit += std::string(" ") + field.unit;
     for (const double bad : {kNan, kInfinity, -kInfinity, field.low - 1.0, field.high + 1.0}) {
       HandProgram program;
       program.*field.member = bad;
