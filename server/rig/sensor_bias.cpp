@@ -33,6 +33,20 @@ std::int64_t unix_s() {
       .count();
 }
 
+/// Reason why the caller's bias is to take effect no longer; nothing while it may.
+std::optional<Refusal> given_up(const Caller& caller) {
+  if (auto lost = caller.lost()) return lost;
+  if (caller.cancelled()) {
+    return Refusal{RefusalKind::kCancelled,
+                   {"the caller went away; the sensor was not biased", "force sensor", "", "", ""}};
+  }
+  if (Caller::Clock::now() < caller.deadline) return std::nullopt;
+  return Refusal{RefusalKind::kDeadlineExceeded,
+                 {"the caller's time is over; the sensor was not biased", "force sensor", "",
+                  fmt::format("at least {} ms, in which the tool is seen at rest", kAtRestBefore.count()),
+                  "allow more time"}};
+}
+
 }  // namespace
 
 SensorBiases::SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file)
@@ -89,7 +103,12 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller, bool tool_is_free) 
     if (auto refusal = pressed()) return *refusal;
   }
   const std::uint32_t before = hub_.latest().bias_serial;
-  if (auto refusal = session_.bias_force_sensor()) return *refusal;
+  // Much may have changed while the tool was watched: who controls the rig, and what it is reserved for.
+  const auto forbidden = [&] {
+    auto refusal = given_up(caller);
+    return refusal ? refusal : scenes_.reserved();
+  };
+  if (auto refusal = session_.bias_force_sensor(forbidden)) return *refusal;
 
   const auto until = caller.until(kTimeout);
   rt::TickRecord now = hub_.latest();

@@ -38,9 +38,10 @@ class SensorBiases {
   SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file);
 
   /// Takes the present load as zero. Out of contact, the tool at rest (StillnessWatch), and not while an
-  /// identification or a motion of the table is under way. Returns when samples with the new zero arrive. A
-  /// zero that was disturbed is reported as an error and is not current(). `tool_is_free`: someone says so,
-  /// although the sensor reads more than kMaxZeroChangeN under the last bias.
+  /// identification or a motion of the table is under way. Nothing is biased for a caller that has lost its
+  /// lease, was cancelled or has no time left. Returns when samples with the new zero arrive. A zero that was
+  /// disturbed is reported as an error and is not current(). `tool_is_free`: someone says so, although the
+  /// sensor reads more than kMaxZeroChangeN under the last bias.
   Outcome<SensorBias> take(const Caller& caller, bool tool_is_free);
   /// Present bias; nothing if none was taken since the start, or the driver lost it.
   std::optional<SensorBias> current() const;

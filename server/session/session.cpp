@@ -85,11 +85,12 @@ std::optional<Refusal> Session::refuse_in_contact(const char* action) const {
                  Reason::kInContact};
 }
 
-std::optional<Refusal> Session::bias_force_sensor() {
+std::optional<Refusal> Session::bias_force_sensor(const Callback<std::optional<Refusal>()>& forbidden) {
   if (auto refusal = refuse_in_contact("biased")) return refusal;
   const auto claim = claim_sensor();
   if (!claim) return Refusal{RefusalKind::kFailedPrecondition, claim.error()};
   const MutexLock lock(hardware_);
+  if (auto refusal = forbidden()) return refusal;
   if (auto error = rig_->bias_force_sensor()) {
     return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/lock/callback.h"
 #include "hal/lock/mutex.h"
 #include "hal/rig.h"
 #include "rt/loop/engine.h"
@@ -50,8 +51,9 @@ class Session {
   };
   /// Reports of the parts, with an unused sensor opened for the moment.
   Probe probe_parts();
-  /// Takes a bias; out of contact only.
-  std::optional<Refusal> bias_force_sensor();
+  /// Takes a bias; out of contact only. `forbidden` is asked last, when nothing is waited for any more: why
+  /// there is to be none.
+  std::optional<Refusal> bias_force_sensor(const Callback<std::optional<Refusal>()>& forbidden);
   std::optional<Refusal> home_device();
 
   hal::Rig& rig() { return *rig_; }
