@@ -99,7 +99,10 @@ struct Daemon::Parts {
               if (action == LeaseExpiry::kStop) latch.stop();
               notes.note(recording::EventKind::kLease, "the lease expired: its holder was not heard of");
             },
-            [this](std::uint64_t number, const hal::Error& why) { identifications.end_under(number, why); }};
+            [this](std::uint64_t number, const hal::Error& why) {
+              identifications.end_under(number, why);
+              calibrations.end_under(number, why);
+            }};
   }
 
   pose::PoseDesk::Parts pose_parts() {

@@ -1,8 +1,7 @@
 #include "server/calibration/run/calibration_runner.h"
 
-#include <pthread.h>
-
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <chrono>
@@ -96,7 +95,7 @@ std::optional<Refusal> CalibrationRunner::move_simulated_hand(const CalibrationR
   return std::nullopt;
 }
 
-Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request) {
+Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request, std::uint64_t lease) {
   if (auto unavailable = session_.unavailable()) return *unavailable;
   {
     const MutexLock lock(mutex_);
@@ -104,6 +103,9 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request)
       return busy("a calibration runs already", "finish or cancel it: 'hapticctl calibrate cancel'");
     }
     running_ = true;  // from here on no other call begins one
+    lease_ = lease;
+    lost_control_.reset();
+    finish_ = cancel_ = false;
   }
   auto refusal = check_request(request);
   if (!refusal) {
@@ -111,6 +113,9 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request)
     refusal = move_simulated_hand(request);
   }
   const MutexLock lock(mutex_);
+  if (!refusal && lost_control_) {  // while it was prepared
+    refusal = Refusal{RefusalKind::kAborted, *lost_control_, Reason::kLeaseLost};
+  }
   if (refusal) {
     running_ = false;
     return *refusal;
@@ -126,7 +131,6 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request)
   report_.kind = request.kind;
   report_.time_limit_s = request.time_limit_s;
   report_.instruction = "move the tool";
-  finish_ = cancel_ = false;
   thread_ = std::thread([this, request] { perform(request); });
   return report_.id;
 }
@@ -204,6 +208,13 @@ Outcome<CalibrationReport> CalibrationRunner::finish(const Caller& caller) {
 Outcome<CalibrationReport> CalibrationRunner::cancel(const Caller& caller) {
   cancel_ = true;
   return wait_until_over(caller);
+}
+
+void CalibrationRunner::end_under(std::uint64_t lease, const hal::Error& why) {
+  const MutexLock lock(mutex_);
+  if (!running_ || lease == 0 || lease_ != lease) return;
+  lost_control_ = why;
+  cancel_ = true;
 }
 
 Outcome<CalibrationReport> CalibrationRunner::report(const std::string& id, std::uint64_t newer_than,
@@ -314,7 +325,7 @@ void CalibrationRunner::listen(const CalibrationRequest& request) {
   if (request.simulated_tracker) session_.simulation()->set_program({});
 }
 
-std::optional<Refusal> CalibrationRunner::conclude(const CalibrationRequest& request) {
+Outcome<CalibrationState> CalibrationRunner::conclude(const CalibrationRequest& request) {
   calibration::RigStream rig;
   std::vector<ReferencePose> reference;
   std::vector<calibration::CoverageItem> coverage;
@@ -334,6 +345,7 @@ std::optional<Refusal> CalibrationRunner::conclude(const CalibrationRequest& req
     changed_.notify_all();
   }
   auto made = fit(request, rig, std::move(reference));
+  if (cancel_) return CalibrationState::kCancelled;  // while it was computed, which takes seconds
   if (!made) return made.refusal();
   // What is wrong with the poses is said first: it explains what is missing.
   for (const auto& item : coverage) {
@@ -346,26 +358,29 @@ std::optional<Refusal> CalibrationRunner::conclude(const CalibrationRequest& req
   const auto stored = store_.keep(std::move(*made));
   if (!stored) return stored.refusal();
   if (request.adopt && request.kind != CalibrationKind::kTip) {
+    if (cancel_) {  // while it was written
+      if (auto refusal = store_.remove(stored->hash)) return *refusal;
+      return CalibrationState::kCancelled;
+    }
     if (const auto adopted = store_.adopt(stored->hash); !adopted) return adopted.refusal();
   }
   const MutexLock lock(mutex_);
   report_.stored = stored->hash;
-  return std::nullopt;
+  return CalibrationState::kStored;
 }
 
 void CalibrationRunner::perform(const CalibrationRequest& request) {
   pthread_setname_np(pthread_self(), "calibration");
   listen(request);
-  std::optional<Refusal> refusal;
+  Outcome<CalibrationState> end = CalibrationState::kCancelled;
   if (!cancel_) {
     look_at_motion(request.kind);
-    refusal = conclude(request);
+    end = conclude(request);
   }
   const MutexLock lock(mutex_);
-  report_.state = cancel_   ? CalibrationState::kCancelled
-                  : refusal ? CalibrationState::kFailed
-                            : CalibrationState::kStored;
-  if (refusal) report_.problem = refusal->error;
+  report_.state = end ? *end : CalibrationState::kFailed;
+  if (!end) report_.problem = end.refusal().error;
+  if (report_.state == CalibrationState::kCancelled) report_.problem = lost_control_;
   report_.instruction.clear();
   ++report_.version;
   running_ = false;

@@ -61,7 +61,11 @@ class CalibrationRunner {
   CalibrationRunner(const CalibrationRunner&) = delete;
   CalibrationRunner& operator=(const CalibrationRunner&) = delete;
 
-  Outcome<std::string> start(const CalibrationRequest& request);
+  /// Returns once it runs. `lease`: number of the state of control it was started under.
+  Outcome<std::string> start(const CalibrationRequest& request, std::uint64_t lease = 0);
+  /// Cancels what runs if it was started under this number; the report says why. What is not adopted by then
+  /// is not adopted. Does not wait.
+  void end_under(std::uint64_t lease, const hal::Error& why);
   /// Poses of the tracker, and of the rig if it is recorded. Refused if a number is none, there are too many,
   /// or nothing runs that takes them.
   std::optional<Refusal> push(const std::vector<calibration::ReferencePose>& reference,
@@ -80,7 +84,8 @@ class CalibrationRunner {
   void take_rig_poses(Subscription& subscription);
   void take_simulated_poses();
   void look_at_motion(calibration::CalibrationKind kind);
-  std::optional<Refusal> conclude(const CalibrationRequest& request);
+  /// Returns the state it ends in.
+  Outcome<CalibrationState> conclude(const CalibrationRequest& request);
   Outcome<StoredCalibration> fit(const CalibrationRequest& request, const calibration::RigStream& rig,
                                  std::vector<calibration::ReferencePose> reference);
   Outcome<CalibrationReport> wait_until_over(const Caller& caller);
@@ -98,7 +103,9 @@ class CalibrationRunner {
   /// Smallest difference so far: the tracker's clock begins there.
   double first_arrival_less_stamp_s_ GUARDED_BY(mutex_) = 0.0;
   std::uint64_t started_ GUARDED_BY(mutex_) = 0;
-  bool running_ GUARDED_BY(mutex_) = false;  ///< or about to begin
+  bool running_ GUARDED_BY(mutex_) = false;     ///< or about to begin
+  std::uint64_t lease_ GUARDED_BY(mutex_) = 0;  ///< of what runs, or begins
+  std::optional<hal::Error> lost_control_ GUARDED_BY(mutex_);
   std::atomic<bool> finish_{false};
   std::atomic<bool> cancel_{false};
   std::thread thread_;  ///< of the call that set running_

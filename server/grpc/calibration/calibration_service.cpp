@@ -15,8 +15,11 @@ grpc::Status CalibrationService::StartCalibration(grpc::ServerContext* context,
                                                   v1::StartCalibrationResponse* response) {
   const auto wanted = read_request(*request);
   if (!wanted) return to_status(wanted.refusal());
-  const auto id = runner_.start(*wanted);
+  const Caller caller = caller_of(*context);
+  const auto id = runner_.start(*wanted, caller.lease);
   if (!id) return to_status(id.refusal());
+  // Control may have changed hands just before it began.
+  if (const auto lost = caller.lost()) runner_.end_under(caller.lease, lost->error);
   log_call("calibration '" + *id + "' was started", *context);
   response->set_calibration(*id);
   return grpc::Status::OK;

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "hapticd/v1/calibration.grpc.pb.h"
+#include "tests/integration/access/access_client.h"
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/calibration/registration_trial.h"
@@ -19,6 +21,7 @@ server::DaemonConfig uncalibrated() {
   config.simulation.conditions = "arm";
   config.simulation.real_time = false;
   config.simulation.speed = 10.0;
+  config.access.take_notice_s = 0.0;
   return config;
 }
 
@@ -191,6 +194,71 @@ TEST(ServiceCalibration, RefusesWhatItCannotUse) {
   v1::CalibrationProgress cancelled;
   ASSERT_TRUE(service.stub->CancelCalibration(call_context().get(), {}, &cancelled).ok());
   EXPECT_EQ(cancelled.state(), v1::CALIBRATION_STATE_CANCELLED);
+}
+
+/// A calibration of one client whose lease another one takes.
+class CalibratingUnderALease : public testing::Test {
+ protected:
+  CalibratingUnderALease() { EXPECT_TRUE(holder_.acquire().ok()); }
+
+  grpc::Status start(const v1::StartCalibrationRequest& request) const {
+    v1::StartCalibrationResponse response;
+    return service_.stub->StartCalibration(holder_.context().get(), request, &response);
+  }
+  /// Takes the lease once the calibration is in this state, and returns the end of it.
+  v1::CalibrationProgress end_when_taken_at(v1::CalibrationState state) {
+    const auto context = call_context();
+    const auto stream = service_.stub->WatchCalibration(context.get(), {});
+    v1::CalibrationProgress progress;
+    while (progress.state() != state && stream->Read(&progress)) {
+    }
+    EXPECT_TRUE(taker_.take().ok());
+    stored_when_taken_ = stored();
+    while (stream->Read(&progress)) {
+    }
+    EXPECT_TRUE(ok(stream->Finish())) << "the calibration goes on";
+    return progress;
+  }
+  int stored() const {
+    v1::ListCalibrationsResponse all;
+    EXPECT_TRUE(service_.stub->ListCalibrations(call_context().get(), {}, &all).ok());
+    return all.calibrations_size();
+  }
+
+  const Calibrating service_;
+  AccessClient holder_{connect(service_.address())};
+  AccessClient taker_{connect(service_.address())};
+  int stored_when_taken_ = 0;
+};
+
+TEST_F(CalibratingUnderALease, EndsWithIt) {
+  ASSERT_TRUE(ok(start(recorded(v1::CALIBRATION_KIND_KINEMATICS))));
+  const v1::CalibrationProgress end = end_when_taken_at(v1::CALIBRATION_STATE_RECORDING);
+  EXPECT_EQ(end.state(), v1::CALIBRATION_STATE_CANCELLED);
+  EXPECT_NE(end.problem().what().find("was taken by"), std::string::npos) << end.ShortDebugString();
+}
+
+TEST_F(CalibratingUnderALease, IsNotAdoptedAfterIt) {
+  const auto trial = study::record_trial({.seed = 21, .calibration_s = 40.0, .held_out_s = 1.0});
+  v1::StartCalibrationRequest request = recorded(v1::CALIBRATION_KIND_KINEMATICS);
+  request.set_adopt(true);
+  ASSERT_TRUE(ok(start(request)));
+  const auto context = holder_.context();
+  v1::PushReferencePosesResponse pushed;
+  const auto writer = service_.stub->PushReferencePoses(context.get(), &pushed);
+  for (const auto& piece : pieces_of(trial)) ASSERT_TRUE(writer->Write(piece));
+  writer->WritesDone();
+  ASSERT_TRUE(ok(writer->Finish()));
+  std::thread finishing([&] {
+    v1::CalibrationProgress unused;
+    (void)service_.stub->FinishCalibration(holder_.context().get(), {}, &unused);
+  });
+  const v1::CalibrationProgress end = end_when_taken_at(v1::CALIBRATION_STATE_FITTING);
+  finishing.join();
+  if (stored_when_taken_ > 0) GTEST_SKIP() << "it was computed before the lease was taken";
+  EXPECT_EQ(end.state(), v1::CALIBRATION_STATE_CANCELLED);
+  EXPECT_EQ(end.stored(), "");
+  EXPECT_EQ(stored(), 0);
 }
 
 TEST(ServiceCalibration, AStreamThatOutlivesTheCalibrationKeepsWhatItGave) {
