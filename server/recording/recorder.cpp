@@ -20,12 +20,6 @@ constexpr std::uint32_t kMaxDecimation = 10'000;
 /// Refusals name some of them only: there may be thousands.
 constexpr std::size_t kNamedIds = 10;
 
-Refusal cannot_record(hal::Error error) {
-  const bool is_full = error.code == hal::ErrorCode::kFull;
-  return {is_full ? RefusalKind::kResourceExhausted : RefusalKind::kFailedPrecondition, std::move(error),
-          is_full ? Reason::kDiskFull : Reason::kOfKind};
-}
-
 Refusal not_recording() {
   return {RefusalKind::kFailedPrecondition,
           {"no recording is running", "recording", "", "", "start one: hapticctl record start"}};
@@ -146,7 +140,7 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
     return folder_.make_room(id);
   };
   auto run = RecordingRun::start(hub_, board_, sources_, std::move(options));
-  if (!run) return cannot_record(run.error());
+  if (!run) return run.refusal();
   const std::shared_ptr<RecordingRun> started = std::move(*run);
   replace_current(started);
   return info_of(*started);

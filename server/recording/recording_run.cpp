@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <utility>
 
 #include "hal/recording/recording_names.h"
 #include "server/process/log.h"
+#include "server/process/thread_start.h"
 
 namespace hapticd::server {
 
@@ -37,15 +39,29 @@ SubscriptionOptions subscription_options(const RecordingSources& sources, const 
 
 }  // namespace
 
-hal::Result<std::unique_ptr<RecordingRun>> RecordingRun::start(TelemetryHub& hub, EventBoard& board,
-                                                               const RecordingSources& sources,
-                                                               RunOptions options) {
+Refusal cannot_record(hal::Error error) {
+  const bool is_full = error.code == hal::ErrorCode::kFull;
+  return {is_full ? RefusalKind::kResourceExhausted : RefusalKind::kFailedPrecondition, std::move(error),
+          is_full ? Reason::kDiskFull : Reason::kOfKind};
+}
+
+Outcome<std::unique_ptr<RecordingRun>> RecordingRun::start(TelemetryHub& hub, EventBoard& board,
+                                                           const RecordingSources& sources,
+                                                           RunOptions options) {
   const ColumnTable table(sources.columns, options.channels);
   auto output =
       RecordingOutput::begin(options.path, table.columns(), sources, anchor_of(sources), options.start);
-  if (!output) return output.error();
-  return std::unique_ptr<RecordingRun>(
+  if (!output) return cannot_record(output.error());
+  const std::string path = options.path;
+  std::unique_ptr<RecordingRun> run(
       new RecordingRun(hub, board, sources, std::move(options), std::move(*output)));
+  if (auto error = run->begin()) {
+    run.reset();
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);  // it holds nothing yet
+    return Refusal{RefusalKind::kResourceExhausted, std::move(*error)};
+  }
+  return run;
 }
 
 RecordingRun::RecordingRun(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
@@ -61,8 +77,14 @@ RecordingRun::RecordingRun(TelemetryHub& hub, EventBoard& board, const Recording
   const ClockReading now = sources_.clocks();
   utc_offset_ns_ = now.utc_ns - now.monotonic_ns;
   report_.bytes = output_.bytes();
-  thread_ = std::thread([this] { run(); });
-  sync_thread_ = std::thread([this] { run_sync(); });
+}
+
+std::optional<hal::Error> RecordingRun::begin() {
+  // The one that writes is the last: nothing is written if there is no other.
+  auto error = start_thread(sync_thread_, [this] { run_sync(); });
+  if (!error) error = start_thread(thread_, [this] { run(); });
+  if (error) hub_.unsubscribe(subscription_);
+  return error;
 }
 
 RecordingRun::~RecordingRun() {

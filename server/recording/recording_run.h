@@ -13,6 +13,7 @@
 #include "server/recording/event_board.h"
 #include "server/recording/record_watch.h"
 #include "server/recording/recording_output.h"
+#include "server/session/outcome.h"
 #include "server/telemetry/telemetry_hub.h"
 
 namespace hapticd::server {
@@ -38,6 +39,9 @@ struct RunReport {
   double longest_sync_s = 0.0;
 };
 
+/// Refusal of a recording that cannot be written; a disk or a quota that is full is told apart.
+Refusal cannot_record(hal::Error error);
+
 /// One recording, from start to end: a subscriber of the telemetry hub with a queue of 20 s, a thread that
 /// writes a chunk every half second, and one that has them written to the disk every second. A disk that
 /// stalls delays neither the loop nor other subscribers; ticks that were lost are an event in the file.
@@ -47,9 +51,9 @@ class RecordingRun {
   static constexpr std::chrono::milliseconds kChunkTime{500};
   static constexpr std::chrono::milliseconds kSyncTime{1000};
 
-  static hal::Result<std::unique_ptr<RecordingRun>> start(TelemetryHub& hub, EventBoard& board,
-                                                          const RecordingSources& sources,
-                                                          RunOptions options);
+  /// Begins one; if it cannot, nothing of it is left.
+  static Outcome<std::unique_ptr<RecordingRun>> start(TelemetryHub& hub, EventBoard& board,
+                                                      const RecordingSources& sources, RunOptions options);
   /// Ends it.
   ~RecordingRun();
   RecordingRun(const RecordingRun&) = delete;
@@ -65,6 +69,8 @@ class RecordingRun {
   using Clock = std::chrono::steady_clock;
   RecordingRun(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources, RunOptions options,
                RecordingOutput output);
+  /// Starts its threads; an error, and none of them, if the machine gives too few.
+  std::optional<hal::Error> begin();
   void run();
   void run_sync();
   void take_records();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "hal/sim/simulated_rig.h"
+#include "server/process/thread_start.h"
 
 namespace hapticd::server {
 
@@ -26,9 +27,10 @@ constexpr std::chrono::milliseconds kWaitSlice{100};
 constexpr double kRigPosesPerS = 250.0;
 constexpr double kTailS = 0.5;  ///< of the rig, after the last of the tracker's stamps is in
 
-Refusal busy(std::string what, std::string remedy) {
+Refusal busy() {
   return {RefusalKind::kFailedPrecondition,
-          {std::move(what), "calibration", "", "", std::move(remedy)},
+          {"a calibration runs already", "calibration", "", "",
+           "finish or cancel it: 'hapticctl calibrate cancel'"},
           Reason::kBusy};
 }
 
@@ -99,9 +101,7 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request,
   if (auto unavailable = session_.unavailable()) return *unavailable;
   {
     const MutexLock lock(mutex_);
-    if (running_) {
-      return busy("a calibration runs already", "finish or cancel it: 'hapticctl calibrate cancel'");
-    }
+    if (running_) return busy();
     running_ = true;  // from here on no other call begins one
     lease_ = lease;
     lost_control_.reset();
@@ -112,26 +112,35 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request,
     if (thread_.joinable()) thread_.join();
     refusal = move_simulated_hand(request);
   }
-  const MutexLock lock(mutex_);
-  if (!refusal && lost_control_) {  // while it was prepared
-    refusal = Refusal{RefusalKind::kAborted, *lost_control_, Reason::kLeaseLost};
+  if (!refusal) {
+    auto begun = begin(request);
+    if (begun) return begun;
+    refusal = begun.refusal();
+    if (request.simulated_tracker) session_.simulation()->set_program({});
   }
-  if (refusal) {
-    running_ = false;
-    return *refusal;
+  const MutexLock lock(mutex_);
+  running_ = false;
+  return *refusal;
+}
+
+Outcome<std::string> CalibrationRunner::begin(const CalibrationRequest& request) {
+  const MutexLock lock(mutex_);
+  if (lost_control_) {  // while it was prepared
+    return Refusal{RefusalKind::kAborted, *lost_control_, Reason::kLeaseLost};
+  }
+  // It waits for the lock before it changes anything.
+  if (auto error = start_thread(thread_, [this, request] { perform(request); })) {
+    return Refusal{RefusalKind::kResourceExhausted, std::move(*error)};
   }
   takes_rig_poses_ = request.recorded;
   rig_ = {};
   reference_.clear();
   first_arrival_less_stamp_s_ = HUGE_VAL;
-  const std::uint64_t version = report_.version + 1;
-  report_ = {};
-  report_.version = version;
+  report_.version = std::exchange(report_, {}).version + 1;
   report_.id = "calibration-" + std::to_string(++started_);
   report_.kind = request.kind;
   report_.time_limit_s = request.time_limit_s;
   report_.instruction = "move the tool";
-  thread_ = std::thread([this, request] { perform(request); });
   return report_.id;
 }
 

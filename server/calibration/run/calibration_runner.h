@@ -79,6 +79,8 @@ class CalibrationRunner {
  private:
   std::optional<Refusal> check_request(const CalibrationRequest& request) const;
   std::optional<Refusal> move_simulated_hand(const CalibrationRequest& request);
+  /// Begins what is prepared; returns its id.
+  Outcome<std::string> begin(const CalibrationRequest& request);
   void perform(const CalibrationRequest& request);
   void listen(const CalibrationRequest& request);
   void take_rig_poses(Subscription& subscription);

@@ -1,8 +1,7 @@
 #include "server/identification/run/identification_runner.h"
 
-#include <pthread.h>
-
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <chrono>
@@ -16,6 +15,7 @@
 #include "server/identification/run/inclusion_reference.h"
 #include "server/model/store/model_store.h"
 #include "server/process/log.h"
+#include "server/process/thread_start.h"
 #include "server/rig/sensor_bias.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "server/text/suggestion.h"
@@ -223,6 +223,8 @@ Outcome<std::string> IdentificationRunner::begin(std::unique_ptr<Run> run, Turn&
   report.recording = run->request.recording;
   report.time_limit_s = run->request.time_limit_s;
   report.version = 1;
+  // Its thread takes the run from here: it stays, to be discarded, if there is no thread.
+  const auto held = std::make_shared<std::unique_ptr<Run>>(std::move(run));
   std::optional<Refusal> refusal;
   {
     const MutexLock lock(mutex_);
@@ -230,17 +232,21 @@ Outcome<std::string> IdentificationRunner::begin(std::unique_ptr<Run> run, Turn&
       refusal = shutting_down();
     } else if (lost_control_) {  // while it was prepared
       refusal = Refusal{RefusalKind::kAborted, *lost_control_, Reason::kLeaseLost};
-    } else {
+    } else if (auto error = start_thread(thread_, [this, held] {
+                 const std::unique_ptr<Run> own = std::move(*held);
+                 perform(*own);
+               })) {
+      refusal = Refusal{RefusalKind::kResourceExhausted, std::move(*error)};
+    } else {  // its thread waits for the lock before it reports anything
       ++started_;
       reports_.push_front(std::move(report));
       if (reports_.size() > kKept) reports_.pop_back();
     }
   }
   if (refusal) {
-    if (run->kept) run->kept->discard();
+    if ((*held)->kept) (*held)->kept->discard();
     return *refusal;
   }
-  thread_ = std::thread([this, run = std::move(run)] { perform(*run); });
   log_info("identification '" + turn.id() + "' begins");
   return turn.id();
 }

@@ -15,17 +15,10 @@
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
+#include "tests/support/quiet_loop.h"
 
 namespace hapticd::server {
 namespace {
-
-rt::LoopConfig quiet_loop() {
-  rt::LoopConfig loop;
-  loop.fifo_priority = 0;
-  loop.lock_memory = false;
-  loop.keep_cpu_awake = false;
-  return loop;
-}
 
 /// A rig at rest whose sensor a caller biases.
 class SensorBiasTest : public testing::Test {
@@ -57,7 +50,7 @@ class SensorBiasTest : public testing::Test {
   }
 
   std::shared_ptr<ModelStore> store_ = std::move(*ModelStore::open(""));
-  Session session_{std::move(*sim::SimulatedRig::create({})), quiet_loop()};
+  Session session_{std::move(*sim::SimulatedRig::create({})), hapticd::test::quiet_loop()};
   TelemetryHub hub_{session_.engine()};
   SceneHost scenes_{session_, SceneLibrary(), ModelLibrary("", store_)};
   SensorBiases biases_{session_, scenes_, hub_, ""};

@@ -19,6 +19,8 @@
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
+#include "tests/support/quiet_loop.h"
+#include "tests/support/room_for_threads.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::server {
@@ -28,14 +30,6 @@ std::unique_ptr<hal::Rig> sponge_in_virtual_time() {
   sim::SimulationConfig config;
   config.object = "sponge_cut";
   return std::move(*sim::SimulatedRig::create(config));
-}
-
-rt::LoopConfig quiet_loop() {
-  rt::LoopConfig loop;
-  loop.fifo_priority = 0;
-  loop.lock_memory = false;
-  loop.keep_cpu_awake = false;
-  return loop;
 }
 
 Caller patient() {
@@ -57,7 +51,7 @@ class RunnerBench {
   }
 
   std::shared_ptr<ModelStore> store = std::move(*ModelStore::open(""));
-  Session session{sponge_in_virtual_time(), quiet_loop()};
+  Session session{sponge_in_virtual_time(), hapticd::test::quiet_loop()};
   TelemetryHub hub{session.engine()};
   SceneHost scenes{session, SceneLibrary(), ModelLibrary("", store)};
   SensorBiases biases{session, scenes, hub, ""};
@@ -102,6 +96,20 @@ TEST(IdentificationRunner, ReportsAndEndsWhateverClientsAskMeanwhile) {
   done = true;
   for (std::thread& client : clients) client.join();
   EXPECT_EQ(bench.runner.list().size(), 3U);
+}
+
+TEST(IdentificationRunner, ReportsNoneThatHasNoThread) {
+  RunnerBench bench;
+  {
+    const hapticd::test::RoomForThreads none(0);
+    const auto refused = bench.runner.start(contact_request());
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.refusal().kind, RefusalKind::kResourceExhausted);
+    EXPECT_EQ(refused.refusal().error.where, "threads");
+  }
+  EXPECT_TRUE(bench.runner.list().empty());
+  EXPECT_FALSE(bench.scenes.reserved());
+  EXPECT_TRUE(bench.runner.start(contact_request()));
 }
 
 TEST(IdentificationRunner, StartsOneOnly) {

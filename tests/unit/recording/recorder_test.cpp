@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "hal/recording/recording_names.h"
+#include "tests/support/room_for_threads.h"
 #include "tests/unit/recording/recording_fixture.h"
 
 namespace hapticd::server {
@@ -65,6 +66,24 @@ TEST_F(RecorderTest, EveryTickIsInTheFile) {
   EXPECT_EQ(seen.metadata.at(recording::kConfigurationMetadata).at("toml"), "[loop]\n");
   EXPECT_TRUE(seen.metadata.contains(recording::kAnchorMetadata));
   EXPECT_EQ(seen.metadata.at(recording::kEndMetadata).at("reason"), "stopped by user:anna");
+}
+
+TEST_F(RecorderTest, LeavesNothingBehindWhereThereAreTooFewThreads) {
+  recorder();
+  for (const std::size_t threads : {0U, 1U}) {  // it needs two
+    {
+      const test::RoomForThreads room(threads);
+      const auto refused = recorder().start({"test", "", "", 0, 1});
+      ASSERT_FALSE(refused) << threads;
+      EXPECT_EQ(refused.refusal().kind, RefusalKind::kResourceExhausted);
+      EXPECT_EQ(refused.refusal().error.where, "threads");
+    }
+    EXPECT_FALSE(recorder().running());
+    EXPECT_TRUE(fs::is_empty(recordings()));
+  }
+  started();
+  tick(10);
+  EXPECT_EQ(stopped().rows, 10U);
 }
 
 TEST_F(RecorderTest, WhatIsLostIsAnEventInTheFile) {
