@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -25,6 +26,8 @@ hal::Error file_error(const char* what, const std::string& path, int code) {
     case EPERM:
       return {what, path, std::strerror(code), "a folder that hapticd may write to",
               "see its owner and rights, and ReadWritePaths= of the unit"};
+    case ELOOP:
+      return {what, path, "a link", "a regular file", "remove the link"};
     default:
       return {what, path, std::strerror(code), "", ""};
   }
@@ -49,12 +52,31 @@ hal::Result<AppendFile> AppendFile::resume(const std::string& path, std::uint64_
   const int descriptor = open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
   if (descriptor < 0) return file_error("the file cannot be opened for writing", path, errno);
   AppendFile file(path, descriptor, size);
-  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    return hal::Error::of(hal::ErrorCode::kInUse, "another process writes this file", path,
-                          std::strerror(errno), "", "wait for its end");
-  }
+  if (auto error = file.lock()) return *error;
   if (auto error = file.truncate(size)) return *error;
   return file;
+}
+
+hal::Result<AppendFile> AppendFile::open_or_create(const std::string& path) {
+  // Without O_NONBLOCK the open() of a pipe that nobody reads would not return.
+  const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0640);
+  if (descriptor < 0) return file_error("the file cannot be opened for writing", path, errno);
+  AppendFile file(path, descriptor, 0);
+  struct stat status {};
+  if (fstat(descriptor, &status) != 0) return file_error("the file cannot be examined", path, errno);
+  if (!S_ISREG(status.st_mode)) {
+    return hal::Error{"the file cannot be written", path, "a pipe or a device", "a regular file",
+                      "remove what is there"};
+  }
+  if (auto error = file.lock()) return *error;
+  file.size_ = static_cast<std::uint64_t>(status.st_size);
+  return file;
+}
+
+std::optional<hal::Error> AppendFile::lock() {
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return std::nullopt;
+  return hal::Error::of(hal::ErrorCode::kInUse, "another process writes this file", path_,
+                        std::strerror(errno), "", "wait for its end");
 }
 
 AppendFile::~AppendFile() {

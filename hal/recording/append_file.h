@@ -20,6 +20,9 @@ class AppendFile {
   /// Opens one to go on behind its first `size` bytes; what follows is cut off. An error if another process
   /// has it open for writing.
   static hal::Result<AppendFile> resume(const std::string& path, std::uint64_t size);
+  /// Opens one to go on at its end, or makes it. An error if a link, a pipe or a device has this name, or
+  /// another process has it open for writing.
+  static hal::Result<AppendFile> open_or_create(const std::string& path);
   AppendFile(AppendFile&& other) noexcept
       : path_(std::move(other.path_)),
         descriptor_(std::exchange(other.descriptor_, -1)),
@@ -40,6 +43,9 @@ class AppendFile {
  private:
   AppendFile(std::string path, int descriptor, std::uint64_t size)
       : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
+
+  /// Keeps other processes from writing it.
+  std::optional<hal::Error> lock();
 
   std::string path_;
   int descriptor_;

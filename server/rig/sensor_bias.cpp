@@ -4,9 +4,9 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
+#include "hal/recording/append_file.h"
 #include "proto/text/utc_text.h"
 #include "rt/signal/vector.h"
 #include "server/process/log.h"
@@ -150,16 +150,18 @@ void SensorBiases::keep(const SensorBias& bias) const {
   if (file_.empty()) return;
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(file_).parent_path(), ignored);
-  const bool is_new = !std::filesystem::exists(file_, ignored);
-  std::ofstream out(file_, std::ios::app);
-  if (is_new)
-    out << "id,taken_utc,tip_x_mm,tip_y_mm,tip_z_mm,orientation_w,orientation_x,orientation_y,"
-           "orientation_z\n";
-  out << fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{:.6f}\n", bias.id,
-                     text::utc_text(bias.taken_unix_s * kSecondNs), bias.tip_mm.x, bias.tip_mm.y,
-                     bias.tip_mm.z, bias.orientation.w, bias.orientation.x, bias.orientation.y,
-                     bias.orientation.z);
-  if (!out.flush()) log_warning("the bias could not be recorded in " + file_);
+  auto file = recording::AppendFile::open_or_create(file_);
+  if (!file) return log_warning("the bias could not be recorded: " + file.error().text());
+  std::string lines;
+  if (file->size() == 0)
+    lines =
+        "id,taken_utc,tip_x_mm,tip_y_mm,tip_z_mm,orientation_w,orientation_x,orientation_y,"
+        "orientation_z\n";
+  lines +=
+      fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{:.6f}\n", bias.id,
+                  text::utc_text(bias.taken_unix_s * kSecondNs), bias.tip_mm.x, bias.tip_mm.y, bias.tip_mm.z,
+                  bias.orientation.w, bias.orientation.x, bias.orientation.y, bias.orientation.z);
+  if (const auto error = file->append(lines)) log_warning("the bias could not be recorded: " + error->text());
 }
 
 }  // namespace hapticd::server

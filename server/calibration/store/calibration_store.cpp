@@ -7,6 +7,8 @@
 #include <sstream>
 #include <utility>
 
+#include "hal/recording/append_file.h"
+
 namespace hapticd::server {
 
 namespace {
@@ -60,12 +62,15 @@ std::optional<Refusal> CalibrationStore::write(const std::string& name, const st
   const fs::path path = fs::path(folder_) / name;
   const fs::path draft = path.string() + ".new";
   {
-    std::ofstream file(draft, std::ios::binary | std::ios::trunc);
-    file << text;
-    file.flush();
-    if (!file) error = std::make_error_code(std::errc::io_error);
+    auto file = recording::AppendFile::open_or_create(draft.string());
+    auto failed = file ? file->truncate(0) : std::optional(file.error());
+    if (!failed) failed = file->append(text);
+    if (failed) {
+      failed->what = "a calibration cannot be written: " + failed->what;
+      return Refusal{RefusalKind::kInternal, std::move(*failed)};
+    }
   }
-  if (!error) fs::rename(draft, path, error);
+  fs::rename(draft, path, error);
   if (!error) return std::nullopt;
   return Refusal{RefusalKind::kInternal,
                  {"a calibration cannot be written", path.string(), error.message(), "",

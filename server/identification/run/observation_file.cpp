@@ -9,6 +9,7 @@ namespace hapticd::server {
 
 namespace {
 
+constexpr std::size_t kBytesAtOnce = std::size_t{1} << 16U;
 constexpr const char* kHeader =
     "time_s,position_x_mm,position_y_mm,position_z_mm,orientation_w,orientation_x,orientation_y,orientation_"
     "z,"
@@ -16,19 +17,19 @@ constexpr const char* kHeader =
     "command_x_N,command_y_N,command_z_N";
 constexpr const char* kExternalHeader = ",external_x_mm,external_y_mm,external_z_mm";
 
-hal::Error cannot(const std::filesystem::path& path, const std::string& what) {
-  return {what, path.string(), "", "", "make room there, or check its permissions"};
-}
-
 }  // namespace
 
 hal::Result<ObservationFile> ObservationFile::create(const std::filesystem::path& path,
                                                      bool has_external_position) {
   std::error_code failure;
   std::filesystem::create_directories(path.parent_path(), failure);
-  ObservationFile file(path, has_external_position);
-  file.stream_.open(path, std::ios::binary);
-  if (!file.stream_) return cannot(path, "the data of the identification cannot be kept");
+  auto opened = recording::AppendFile::open_or_create(path.string());
+  auto failed = opened ? opened->truncate(0) : std::optional(opened.error());
+  if (failed) {
+    failed->what = "the data of the identification cannot be kept: " + failed->what;
+    return *failed;
+  }
+  ObservationFile file(std::move(*opened), has_external_position);
   file.write(kHeader);
   if (has_external_position) file.write(kExternalHeader);
   file.write("\n");
@@ -36,8 +37,14 @@ hal::Result<ObservationFile> ObservationFile::create(const std::filesystem::path
 }
 
 void ObservationFile::write(const std::string& text) {
-  stream_ << text;
+  waiting_ += text;
   digest_->add(text);
+  if (waiting_.size() >= kBytesAtOnce) flush();
+}
+
+void ObservationFile::flush() {
+  if (!failure_) failure_ = file_.append(waiting_);
+  waiting_.clear();
 }
 
 void ObservationFile::add(const rt::Observation& observation) {
@@ -65,15 +72,17 @@ void ObservationFile::add(const rt::Observation& observation) {
 }
 
 hal::Result<std::string> ObservationFile::finish() {
-  stream_.close();
-  if (!stream_) return cannot(path_, "the data of the identification are not all on the disk");
-  return path_.string() + ", sha256 " + digest_->finish();
+  flush();
+  if (failure_) {
+    failure_->what = "the data of the identification are not all on the disk: " + failure_->what;
+    return *failure_;
+  }
+  return file_.path() + ", sha256 " + digest_->finish();
 }
 
 void ObservationFile::discard() {
-  stream_.close();
   std::error_code ignored;
-  std::filesystem::remove(path_, ignored);
+  std::filesystem::remove(file_.path(), ignored);
 }
 
 }  // namespace hapticd::server

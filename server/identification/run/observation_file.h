@@ -2,12 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "hal/error.h"
+#include "hal/recording/append_file.h"
 #include "rt/record/observation.h"
 #include "server/identification/run/sha256_stream.h"
 
@@ -18,7 +19,8 @@ namespace hapticd::server {
 /// If the file cannot be written, only the keeping ends.
 class ObservationFile {
  public:
-  /// Makes folder and file; an error says why there is none.
+  /// Makes folder and file, in place of one that an identification without an end has left; an error says why
+  /// there is none.
   static hal::Result<ObservationFile> create(const std::filesystem::path& path, bool has_external_position);
 
   /// Adds an observation. A sample whose time does not advance by a microsecond is left out: no recording can
@@ -29,14 +31,16 @@ class ObservationFile {
   void discard();
 
  private:
-  ObservationFile(std::filesystem::path path, bool has_external_position)
-      : path_(std::move(path)), has_external_position_(has_external_position) {}
+  ObservationFile(recording::AppendFile file, bool has_external_position)
+      : file_(std::move(file)), has_external_position_(has_external_position) {}
   void write(const std::string& text);
+  void flush();
 
-  std::filesystem::path path_;
+  recording::AppendFile file_;
+  std::optional<hal::Error> failure_;  ///< of the first write that failed: none follows it
+  std::string waiting_;                ///< not written yet
   bool has_external_position_;
   std::int64_t last_us_ = std::numeric_limits<std::int64_t>::min();
-  std::ofstream stream_;
   std::unique_ptr<Sha256Stream> digest_ = std::make_unique<Sha256Stream>();
   std::string row_;
 };

@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "hal/sim/simulated_rig.h"
@@ -16,6 +19,7 @@
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "tests/support/quiet_loop.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::server {
 namespace {
@@ -87,6 +91,28 @@ TEST_F(SensorBiasTest, IsNotTakenOnceAnIdentificationHasBegunMeanwhile) {
     return std::nullopt;
   };
   EXPECT_EQ(refused(caller).reason, Reason::kBusy);
+}
+
+TEST_F(SensorBiasTest, IsRecordedThroughNoLink) {
+  const hapticd::test::TemporaryFolder folder;
+  const std::string precious = folder.write("precious", "kept");
+  std::filesystem::create_symlink(precious, folder.path("linked.csv"));
+  SensorBiases linked(session_, scenes_, hub_, folder.path("linked.csv"));
+  EXPECT_TRUE(linked.take(Caller{}, true)) << "what cannot be recorded is taken all the same";
+  EXPECT_EQ(std::filesystem::file_size(precious), 4U);
+
+  SensorBiases biases(session_, scenes_, hub_, folder.path("made/biases.csv"));
+  EXPECT_TRUE(biases.take(Caller{}, true));
+  EXPECT_TRUE(biases.take(Caller{}, true));
+  std::ifstream file(folder.path("made/biases.csv"));
+  std::string line;
+  ASSERT_TRUE(std::getline(file, line));
+  EXPECT_TRUE(line.starts_with("id,taken_utc,")) << line;
+  for (int bias = 0; bias < 2; ++bias) {
+    ASSERT_TRUE(std::getline(file, line)) << bias;
+    EXPECT_EQ(line.substr(0, 2), "20") << line;
+  }
+  EXPECT_FALSE(std::getline(file, line)) << line;
 }
 
 }  // namespace

@@ -57,6 +57,21 @@ TEST(StoredCalibration, RefusesACountThatIsNoWholeNumber) {
   }
 }
 
+TEST(CalibrationStore, WritesThroughNoLink) {
+  const test::TemporaryFolder folder;
+  const std::string precious = folder.write("precious", "kept");
+  CalibrationStore store(folder.path(), "sim:test");
+  const auto kept = store.keep(example());
+  ASSERT_TRUE(kept);
+  std::filesystem::create_symlink(precious, folder.path("adopted.new"));
+  EXPECT_FALSE(store.adopt(kept->hash));
+  EXPECT_EQ(std::filesystem::file_size(precious), 4U);
+  std::filesystem::remove(folder.path("adopted.new"));
+  folder.write("adopted.new", std::string(1000, 'x'));  // of a crash
+  ASSERT_TRUE(store.adopt(kept->hash));
+  EXPECT_EQ(std::filesystem::file_size(folder.path("adopted")), kept->hash.size());
+}
+
 TEST(CalibrationStore, KeepsAdoptsAndDeletesOverARestart) {
   const test::TemporaryFolder folder;
   std::string hash;
