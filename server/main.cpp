@@ -40,7 +40,7 @@ void raise_descriptor_limit() {
     server::log_warning("the limit of open files could not be raised");
 }
 
-/// Of descriptors: without as many the thread that stops cannot wait for its connections.
+/// Descriptors that the thread that stops needs at least, to wait for its connections.
 constexpr rlim_t kMinDescriptors = 256;
 
 std::optional<hal::Error> check_descriptors() {

@@ -224,7 +224,7 @@ TEST(ServiceProcess, SaysThatItsAddressSpaceIsLimitedTooFar) {
   EXPECT_NE(process.errors().find("ulimit -v unlimited"), std::string::npos) << process.errors();
 }
 
-/// With 64 descriptors the thread that stops could not wait for connections: the stop port did not answer.
+/// The stop port did not answer with 64 descriptors: the thread that stops could not wait for its connections.
 TEST(ServiceProcess, SaysThatItMayOpenTooFewFiles) {
   DaemonProcess process("--nofile=64", {"--listen", "127.0.0.1:0"});
   const int code = process.wait();
