@@ -155,7 +155,7 @@ def lab(tmp_path: Path, start_daemon: Any) -> Any:
     )
     local = tmp_path / "d.sock"
     daemon = start_daemon("--model-store", ":memory:", "--config", str(config), "--unix", str(local))
-    secured = next(line.split()[-1] for line in daemon.log.read_text().splitlines() if "certificates" in line and "listens" in line)
+    secured = daemon.await_log(r"with certificates, on (\S+)\s")
     return {"plain": daemon.address, "tls": f"tls:{secured}", "unix": f"unix:{local}", "certificates": str(made / "clients/anna")}
 
 

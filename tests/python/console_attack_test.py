@@ -663,7 +663,7 @@ def test_a_console_elsewhere_shows_a_certificate_of_its_role(start_daemon: Any, 
     config = tmp_path / "tls.toml"
     config.write_text(f'[network]\ncertificates = "{made / "servers/rig"}"\nlisten_tls = "127.0.0.1:0"\n')
     daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config", str(config))
-    port = daemon.log.read_text().split("with certificates, on 127.0.0.1:")[1].split()[0]
+    port = daemon.await_log(r"with certificates, on 127.0.0.1:(\d+)\s")
     console = start_console("--certificates", str(made / "clients/page"), server=f"tls:127.0.0.1:{port}")
     visitor = Visitor(daemon, console)
     with hapticd.connect(daemon.address) as rig:

@@ -21,11 +21,15 @@ class Program:
         self.log = log
         with log.open("wb") as output:
             self.process = subprocess.Popen(command, stdout=output, stderr=output)
-        while not (found := re.search(says, log.read_text())):
+        self.place = self.await_log(says)
+
+    def await_log(self, pattern: str) -> str:
+        """Returns the first group of a pattern, once the log has it: another thread writes it."""
+        while not (found := re.search(pattern, self.log.read_text())):
             if self.process.poll() is not None:
-                raise RuntimeError(log.read_text())
+                raise RuntimeError(self.log.read_text())
             time.sleep(0.02)
-        self.place = found.group(1)
+        return found.group(1)
 
     def end(self, how: int = signal.SIGTERM) -> None:
         if self.process.poll() is None:

@@ -36,7 +36,7 @@ class Rig:
         (folder / "recordings").mkdir()
         local = folder / "d.sock"
         self.daemon = start_daemon("--scene", "tap_1d", "--model-store", str(self.store), "--config", str(config), "--unix", str(local))
-        tls = self.daemon.log.read_text().split("with certificates, on ")[1].split()[0]
+        tls = self.daemon.await_log(r"with certificates, on (\S+)\s")
         self.address: str = self.daemon.address
         self.certificates = str(made / "clients/anna")
         self.addresses = (self.address, f"unix:{local}", f"tls:{tls}")
