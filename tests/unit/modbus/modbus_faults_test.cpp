@@ -11,12 +11,12 @@ using hal::MotionEnd;
 using hal::TurntableState;
 using Over = DrivenRig::Over;
 
-/// Impatient, if the fault is that nothing comes.
+/// Impatient, if the fault is that nothing comes; but many answers in a row may be late on a busy machine.
 void impatient(modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
   config.link.response_timeout_s = 0.1;
-  settings.stale_after_s = 0.4;
+  settings.stale_after_s = 1.5;
   settings.reconnect_longest_s = 0.2;
-  settings.engage_timeout_s = 1.0;
+  settings.engage_timeout_s = 2.0;
 }
 
 /// Faults of the frames, over each transport.
