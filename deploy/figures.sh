@@ -59,15 +59,37 @@ studies() {
     measure "$study" hapticd_study "$study" "${quick[@]}"
   done
 }
+# beside COMMAND...: runs it beside what comes next; beside_ended waits for it.
+beside() {
+  "$@" &
+  beside=$!
+  trap wait EXIT
+}
+beside_ended() {
+  wait "$beside"
+  trap - EXIT
+}
 # In virtual time, and all but `trust` on one core each: two rows next to one another, about as long as each other.
-studies identify trust friction tumour &
-first_row=$!
-trap wait EXIT  # leave nothing running
+beside studies identify trust friction tumour
 studies rig explore loading onset transients
-wait "$first_row"
-trap - EXIT
-# These are live in part, measure run times or use every core; the report runs `scenes` and `realtime` of the benchmarks.
-studies registration pose faults experiments report
+beside_ended
+# What is live and mostly waits: of a quick run one part beside the others, for no text is held to its times.
+mostly_waiting() {
+  measure recording hapticd_bench recording "${quick[@]}"
+  studies registration pose faults
+  measure access hapticd_bench access "${quick[@]}"
+  measure console hapticd_bench console "${quick[@]}"
+}
+if ((${#quick[@]})); then
+  beside measure experiments hapticd_study experiments --quick
+  mostly_waiting
+  beside_ended
+else
+  studies experiments
+  mostly_waiting
+fi
+# These measure run times or use every core; the report runs `scenes` and `realtime` of the benchmarks.
+studies report
 if ((${#quick[@]})); then
   measure tick hapticd_bench tick --seconds 0.5 --hours 0.05
   measure live hapticd_bench live --seconds 5
@@ -79,19 +101,7 @@ else
   measure rig_transport hapticd_study rig --transport emulated
   measure identify_transport hapticd_study identify --transport emulated
 fi
-if ((${#quick[@]})); then  # it mostly waits, and no text is held to the times of a quick one
-  measure recording hapticd_bench recording --quick &
-  recording_job=$!
-  trap wait EXIT
-  measure attack hapticd_bench attack --quick
-  wait "$recording_job"
-  trap - EXIT
-else
-  measure recording hapticd_bench recording
-  measure attack hapticd_bench attack
-fi
-measure access hapticd_bench access "${quick[@]}"
-measure console hapticd_bench console "${quick[@]}"
+measure attack hapticd_bench attack "${quick[@]}"
 
 for folder in "$out"/*/; do
   run=$(basename "$folder")
