@@ -7,6 +7,8 @@
 #include <limits>
 #include <random>
 
+#include "rt/signal/vector.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -20,10 +22,6 @@ GuardLimits limits() {
   l.sensor_stale_after_ms = 2.0;
   l.resume_ramp_s = 0.1;
   return l;
-}
-
-double norm(const hal::Vector3& v) {
-  return std::sqrt(dot(v, v));
 }
 
 /// One tick through the gate.
