@@ -80,7 +80,7 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
     force_n_ = now.reaction_n;
     detector_.update(force_n_, now.depth_mm, now.contact_depth_mm);
   } else {
-    // What noise itself was taken for, is learnt from as well.
+    // A contact that is not proven may be noise itself: the noise must be learnt all the same.
     if (!in_contact() || !evidence_.proven()) {
       noise_.update(now.free_motion.force_n, now.free_motion.force_ns);
     }

@@ -154,7 +154,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   looks_ = 0;
 
   swing_n_ *= left_of_peak(s, kPeakFadeS);
-  // Noise that is taken for a load or a jump is learnt from as well.
+  // While it waits, the load or the jump may be noise itself: the noise must be learnt all the same.
   if (is_waiting_ || unloaded_s_ > kPressedS) noise_.update(before(0).reading_n, sample.time_ns);
   suspect();
   if (find_step()) return;
@@ -227,10 +227,11 @@ void LoadWatch::begin_stretch(const Load& load, const hal::Quaternion& to_rig) n
   stretch_sum_n_ = {};
   stretch_slots_ = 1;
   lowest_mm_ = 0.0;
-  const hal::Vector3 off_n = before(0).reading_n - proven_jump_n_ - proven_first_n_ - drift_n_;
-  is_as_proven_ = has_proof_ && !exceeds(off_n, kLoadN) && squared(off_n) < squared(load.prompt_n);
-  const double size_n = is_as_proven_ ? 0.0 : norm(load.prompt_n);
-  stretch_along_ = size_n > kLoadN ? rotated(to_rig, load.prompt_n) * (1.0 / size_n) : hal::Vector3{};
+  // By the mean: a stretch often begins with a reading that noise alone has moved.
+  const hal::Vector3 off_n = load.mean_n + jump_n_ + first_n_ - proven_jump_n_ - proven_first_n_;
+  is_as_proven_ = has_proof_ && !exceeds(off_n, kLoadN) && squared(off_n) < squared(load.mean_n);
+  const double size_n = is_as_proven_ ? 0.0 : norm(load.mean_n);
+  stretch_along_ = size_n > kLoadN ? rotated(to_rig, load.mean_n) * (1.0 / size_n) : hal::Vector3{};
 }
 
 bool LoadWatch::is_proven() const noexcept {

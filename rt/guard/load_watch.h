@@ -39,9 +39,10 @@ struct LoadWatchParameters {
 ///
 /// All sizes are of slots of a millisecond (a tick where that is longer):
 ///
-///   step        |s| ≥ kStepN (kLoadedStepN under load; more on a sensor whose noise is beyond 6 mN), s the offset between the straight lines through
-///               kBefore slots before and kAfter slots after two slots; both fit within kFlatShare |s|, with
-///               the same slope, and the reading itself has changed by most of it between them. It does not
+///   step        |s| ≥ kStepN (kLoadedStepN under load; more on a sensor whose noise is beyond 6 mN), s the
+///               offset between the straight lines through kBefore slots before and kAfter slots after two
+///               slots; both fit within kFlatShare |s|, with the same slope, and the reading itself has
+///               changed by most of it between them. It does not
 ///               count if nothing is read any more afterwards: then a load has gone; nor, under load, between
 ///               slots one of which is more than twice as long as the others.
 ///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
@@ -191,10 +192,10 @@ class LoadWatch {
   Load load(const hal::Quaternion& to_rig) const noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept;
-  /// What is read is the zero that was proven last, or that and the last jump, whichever jumps since have not been
-  /// proven: nothing, or a load as large as they are and against them.
+  /// Returns true if the reading is the zero that was proven last, with the last jump since or without it. It then
+  /// shows no load, or one that is as large as the other jumps and against them.
   bool is_back_at_proof(const Load& now) const noexcept;
-  /// What is read shows no load if the zero is less by `off_n`, which is nearer to it.
+  /// Returns true if the reading would show no load were the zero smaller by `off_n`, and is nearer to that zero.
   bool is_nothing_without(const hal::Vector3& off_n, const Load& now) const noexcept;
   /// What is read is what is left of the load that was seen last.
   bool is_held(const Load& now) const noexcept;

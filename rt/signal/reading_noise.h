@@ -34,7 +34,7 @@ class BasicReadingNoise {
     variance_n2_ += (std::min(one_n2, most_n2) - variance_n2_) * (s / kMemoryS);
   }
 
-  /// What thresholds, which are made for a usual sensor, are raised by: 0 up to kQuietN.
+  /// Noise beyond a usual sensor's, for which thresholds are made; 0 up to kQuietN.
   double excess_n() const noexcept {
     return variance_n2_ > kQuietN * kQuietN ? std::min(std::sqrt(variance_n2_), kMostN) - kUsualN : 0.0;
   }
