@@ -59,21 +59,21 @@ studies() {
     measure "$study" hapticd_study "$study" "${quick[@]}"
   done
 }
-# beside COMMAND...: runs it beside what comes next; beside_ended waits for it.
-beside() {
+# in_background COMMAND...: runs it while the script goes on; wait_for_background waits for it.
+in_background() {
   "$@" &
-  beside=$!
+  background=$!
   trap wait EXIT
 }
-beside_ended() {
-  wait "$beside"
+wait_for_background() {
+  wait "$background"
   trap - EXIT
 }
 # In virtual time, and all but `trust` on one core each: two rows next to one another, about as long as each other.
-beside studies identify trust friction tumour
+in_background studies identify trust friction tumour
 studies rig explore loading onset transients
-beside_ended
-# What is live and mostly waits: of a quick run one part beside the others, for no text is held to its times.
+wait_for_background
+# These are live and mostly wait. A quick run has two of them at a time: no text is held to its times.
 mostly_waiting() {
   measure recording hapticd_bench recording "${quick[@]}"
   studies registration pose faults
@@ -81,9 +81,9 @@ mostly_waiting() {
   measure console hapticd_bench console "${quick[@]}"
 }
 if ((${#quick[@]})); then
-  beside measure experiments hapticd_study experiments --quick
+  in_background measure experiments hapticd_study experiments --quick
   mostly_waiting
-  beside_ended
+  wait_for_background
 else
   studies experiments
   mostly_waiting

@@ -119,7 +119,7 @@ std::optional<hal::Error> check_certificate_folder(const std::string& folder) {
   const fs::file_type type = fs::status(folder, failure).type();
   if (type == fs::file_type::directory || type == fs::file_type::none) return std::nullopt;
   return hal::Error::of(hal::ErrorCode::kNotFound,
-                        type == fs::file_type::not_found ? "there is no such folder" : "this is no folder",
+                        type == fs::file_type::not_found ? "there is no such folder" : "this is not a folder",
                         "[network] certificates", folder,
                         "a folder with server.crt, server.key and authority.crt",
                         "make it with deploy/make_certificates.sh, or correct the path");

@@ -40,7 +40,7 @@ std::vector<std::string> unknown_names(const AccessConfig& access) {
     if (identity.starts_with(kGroup) && !opens.empty() && identity.substr(kGroup.size()) != opens) {
       lines.push_back(
           fmt::format("[access.denied] names a group other than unix_socket_group = \"{}\", so it denies "
-                      "nobody: {}",
+                      "no client: {}",
                       opens, identity));
     }
   }

@@ -32,7 +32,7 @@ bool is_uri(std::string_view text) {
   return is_local_name(text.substr(0, scheme)) && std::all_of(text.begin(), text.end(), is_visible);
 }
 
-hal::Error no_identity(std::string what, std::string_view text, std::string limit, std::string remedy) {
+hal::Error not_an_identity(std::string what, std::string_view text, std::string limit, std::string remedy) {
   return hal::Error::of(hal::ErrorCode::kMalformed, std::move(what), "", std::string(text), std::move(limit),
                         std::move(remedy));
 }
@@ -60,33 +60,35 @@ hal::Result<std::string> denied_identity(std::string_view text, const std::strin
   if (text.starts_with("serial:") || text.starts_with("serial=")) {
     std::string digits = serial_digits(text.substr(kSerial));
     if (!digits.empty()) return "serial:" + std::move(digits);
-    return no_identity(key + " is no number of a certificate", text, "serial: and hexadecimal digits",
-                       "openssl x509 -serial -noout -in client.crt shows it");
+    return not_an_identity(key + " is not the number of a certificate", text,
+                           "serial: and hexadecimal digits",
+                           "openssl x509 -serial -noout -in client.crt shows it");
   }
   const bool is_identity = text == "local" || is_uri(text) ||
                            (text.starts_with(kUser) && is_local_name(text.substr(kUser.size()))) ||
                            (text.starts_with(kGroup) && is_local_name(text.substr(kGroup.size())));
   if (is_identity) return std::string(text);
-  return no_identity(key + " is no identity, so it would deny nobody", text, std::string(kIdentities),
-                     is_local_name(text)
-                         ? "for the user of this machine write \"user:" + std::string(text) + "\""
-                         : "write it as hapticctl access shows it to that client");
+  return not_an_identity(key + " is not an identity: it would deny no client", text, std::string(kIdentities),
+                         is_local_name(text)
+                             ? "for the user of this machine write \"user:" + std::string(text) + "\""
+                             : "write it as hapticctl access shows it to that client");
 }
 
 hal::Result<std::string> local_name(std::string_view text, const std::string& key) {
   if (is_local_name(text)) return std::string(text);
   const bool is_prefixed = text.starts_with(kUser) && is_local_name(text.substr(kUser.size()));
-  return no_identity(
-      key + " can be no name on this machine", text, "a name without ':', '/' and white space",
+  return not_an_identity(
+      key + " cannot be a name on this machine", text, "a name without ':', '/' and white space",
       is_prefixed ? "write " + std::string(text.substr(kUser.size()))
                   : "names of certificates belong in [access.certificates], others are as id prints them");
 }
 
 hal::Result<std::string> certificate_uri(std::string_view text, const std::string& key) {
   if (is_uri(text)) return std::string(text);
-  return no_identity(key + " can be no name in a certificate", text, "spiffe://LAB/hapticd/ROLE/NAME",
-                     "openssl x509 -ext subjectAltName -noout -in client.crt shows it, after URI:; users of "
-                     "this machine belong in [access.users]");
+  return not_an_identity(
+      key + " cannot be a name in a certificate", text, "spiffe://LAB/hapticd/ROLE/NAME",
+      "openssl x509 -ext subjectAltName -noout -in client.crt shows it, after URI:; users of "
+      "this machine belong in [access.users]");
 }
 
 }  // namespace hapticd::server

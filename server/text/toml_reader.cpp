@@ -345,10 +345,11 @@ std::optional<std::size_t> TomlTable::choice(std::string_view key, const std::ve
   }
   const auto found = std::find(words.begin(), words.end(), text->get());
   if (found == words.end()) {
-    state_->fail(*node, hal::Error::of(hal::ErrorCode::kUnknownWord,
-                                       fmt::format("'{}' is none of the words it may be", dotted(path_, key)),
-                                       "", text->get(), comma_separated(words),
-                                       did_you_mean(text->get(), words, "use one of those")));
+    state_->fail(*node,
+                 hal::Error::of(hal::ErrorCode::kUnknownWord,
+                                fmt::format("'{}' is not one of the accepted words", dotted(path_, key)), "",
+                                text->get(), comma_separated(words),
+                                did_you_mean(text->get(), words, "use one of those")));
     return std::nullopt;
   }
   return static_cast<std::size_t>(found - words.begin());

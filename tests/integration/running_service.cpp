@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "tests/support/quiet_loop.h"
+
 namespace hapticd::test {
 
 testing::AssertionResult ok(const grpc::Status& status) {
@@ -31,9 +33,7 @@ std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window
 
 server::DaemonConfig quiet_config() {
   server::DaemonConfig config;
-  config.loop.fifo_priority = 0;
-  config.loop.lock_memory = false;
-  config.loop.keep_cpu_awake = false;
+  config.loop = test::quiet_loop();
   config.listen.port = 0;
   config.log_level = server::LogLevel::kWarning;
   return config;

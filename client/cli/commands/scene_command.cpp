@@ -27,8 +27,8 @@ client::SceneSource source_of(const std::string& name_or_file, const std::string
   return source;
 }
 
-/// What `call` returns. If the daemon has no scene of that name and a file of it is here, the refusal names
-/// the file.
+/// Returns what `call` returns. If the daemon has no scene of that name, but the present folder has a file of
+/// it, the refusal suggests the file.
 template <class Call>
 auto with_hint_at_file(const std::string& name, Call call) {
   try {

@@ -66,7 +66,7 @@ std::string limit_of(const std::string& type, const std::string& unit) {
   return limit + ", " + (range.empty() ? std::string(is_whole ? "such as 3" : "such as 0.3") : range);
 }
 
-/// What was meant, where that is plain: a comma in the place of the point, or the unit behind the number.
+/// Suggests the number that was meant, if there is a comma for the point or a unit behind it; else `help`.
 std::string remedy_for(const std::string& value, const std::string& unit, const std::string& help) {
   std::string meant = value;
   if (!unit.empty() && meant.ends_with(unit)) meant.resize(meant.size() - unit.size());
@@ -107,7 +107,7 @@ std::optional<LocalError> option_value_error(const CLI::App& command, const std:
   }
   const std::string type = option->get_type_name();
   if (const auto choice = words_of(type); !choice.empty()) {
-    return LocalError("this is none of the words it may be", where, value, text::comma_separated(choice),
+    return LocalError("this is not one of the accepted words", where, value, text::comma_separated(choice),
                       text::did_you_mean(value, choice, help), v1::ERROR_REASON_UNKNOWN_WORD);
   }
   if (!type.starts_with("FLOAT") && !type.starts_with("INT") && !type.starts_with("UINT")) {

@@ -11,8 +11,8 @@ class ParseError;
 
 namespace hapticd::cli {
 
-/// Says what an option or argument of `command`, or of a command above it, would accept, where `error` is
-/// about a value that it does not. `words` is the command as it was typed. Nothing for any other error.
+/// Returns what an option or argument of `command`, or of a command above it, accepts, if `error` is about a
+/// value that it refuses; nothing for other errors. `words` is the command as it was typed.
 std::optional<LocalError> option_value_error(const CLI::App& command, const std::string& words,
                                              const CLI::ParseError& error);
 

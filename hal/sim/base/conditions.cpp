@@ -4,6 +4,7 @@
 #include <array>
 
 #include "hal/shown_text.h"
+
 namespace hapticd::sim {
 
 namespace {

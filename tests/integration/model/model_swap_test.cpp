@@ -15,6 +15,7 @@
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "tests/support/model_examples.h"
+#include "tests/support/quiet_loop.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::server {
@@ -37,7 +38,7 @@ class SwapBench {
  public:
   SwapBench()
       : store_(std::move(*ModelStore::open(""))),
-        session_(rig(), quiet()),
+        session_(rig(), hapticd::test::quiet_loop()),
         scenes_(session_, SceneLibrary(), ModelLibrary("", store_)) {
     session_.start();
     reader_ = std::thread([this] {
@@ -137,13 +138,6 @@ class SwapBench {
     config.tip = "ball_bearing";
     config.device = "phantom_1_5_high_force";
     return std::move(*sim::SimulatedRig::create(config));
-  }
-  static rt::LoopConfig quiet() {
-    rt::LoopConfig loop;
-    loop.fifo_priority = 0;
-    loop.lock_memory = false;
-    loop.keep_cpu_awake = false;
-    return loop;
   }
 
   std::shared_ptr<ModelStore> store_;

@@ -224,7 +224,8 @@ TEST(ServiceProcess, SaysThatItsAddressSpaceIsLimitedTooFar) {
   EXPECT_NE(process.errors().find("ulimit -v unlimited"), std::string::npos) << process.errors();
 }
 
-/// The stop port did not answer with 64 descriptors: the thread that stops could not wait for its connections.
+/// The stop port did not answer with 64 descriptors: the thread that stops could not wait for its
+/// connections.
 TEST(ServiceProcess, SaysThatItMayOpenTooFewFiles) {
   DaemonProcess process("--nofile=64", {"--listen", "127.0.0.1:0"});
   const int code = process.wait();
@@ -252,7 +253,7 @@ TEST(ServiceProcess, RefusesAFolderOfCertificatesThatIsNotThere) {
   const std::string config = folder.write("hapticd.toml", "[network]\ncertificates = \"/nofolder\"\n");
   expect_ended(run({"--config", config, "--check-config"}), 2,
                "[network] certificates: there is no such folder (got /nofolder)");
-  expect_ended(run({"--certificates", config, "--check-config"}), 2, "this is no folder");
+  expect_ended(run({"--certificates", config, "--check-config"}), 2, "this is not a folder");
 }
 
 TEST(ServiceProcess, WarnsOfNamesThatThisMachineDoesNotKnow) {

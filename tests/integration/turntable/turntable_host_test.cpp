@@ -15,6 +15,7 @@
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "tests/emulators/modbus/emulated_drive.h"
+#include "tests/support/quiet_loop.h"
 
 namespace hapticd::server {
 namespace {
@@ -32,12 +33,6 @@ class AHost : public testing::Test {
     hub.stop();
   }
 
-  static rt::LoopConfig loop() {
-    rt::LoopConfig config;
-    config.fifo_priority = 0;
-    config.lock_memory = config.keep_cpu_awake = false;
-    return config;
-  }
   static std::unique_ptr<hal::Rig> rig() {
     sim::SimulationConfig config;
     config.real_time = true;
@@ -78,7 +73,7 @@ class AHost : public testing::Test {
   }
 
   test::EmulatedDrive drive{test::EmulatedDrive::Options{}};
-  Session session{rig(), loop()};
+  Session session{rig(), hapticd::test::quiet_loop()};
   TelemetryHub hub{session.engine()};
   SceneHost scenes{session, SceneLibrary(""), ModelLibrary("")};
   TurntableHost host{table(), patient(), session, scenes, hub};

@@ -84,7 +84,7 @@ TEST(UnknownNames, AreThoseThatThisMachineDoesNotKnow) {
   EXPECT_EQ(
       unknown_names(groups),
       std::vector<std::string>{"[access.denied] names a group other than unix_socket_group = \"root\", so it "
-                               "denies nobody: unix:daemon"});
+                               "denies no client: unix:daemon"});
 }
 
 }  // namespace

@@ -280,7 +280,7 @@ TEST(App, AValueThatCannotBeIsNamedWithWhatIsPossible) {
             "hapticctl lease hold --help", kRange},
            {"status --timeout 0", kNotInRange, "status --timeout", "0", "0.01 … 3600 s",
             "hapticctl status --help", kRange},
-           {"identify contact --object a --law crep", "this is none of the words it may be",
+           {"identify contact --object a --law crep", "this is not one of the accepted words",
             "identify contact --law", "crep", "hunt_crossley, creep", "did you mean 'creep'?",
             v1::ERROR_REASON_UNKNOWN_WORD},
            {"record start press --note M\xFCller", "this is not UTF-8", "record start --note",

@@ -9,17 +9,10 @@
 #include <vector>
 
 #include "fake_rig.h"
+#include "tests/support/quiet_loop.h"
 
 namespace hapticd::rt {
 namespace {
-
-LoopConfig modest() {
-  LoopConfig config;
-  config.fifo_priority = 0;
-  config.lock_memory = false;
-  config.keep_cpu_awake = false;
-  return config;
-}
 
 /// Waits for the rig to run out.
 void await_end(const PeriodicLoop& loop) {
@@ -31,7 +24,7 @@ TEST(PeriodicLoop, RunsAPacedRigToItsEndAndLeavesZeroForce) {
   rig.end_after = 100;
   rig.last_command.force_n.z = 3.0;
   Engine engine(rig);
-  PeriodicLoop loop(rig, engine, modest());
+  PeriodicLoop loop(rig, engine, test::quiet_loop());
   loop.start();
   await_end(loop);
   loop.stop();
@@ -58,7 +51,7 @@ TEST(PeriodicLoop, LendsItsThreadToARigThatOwnsTheClock) {
   FakeRig rig(true);
   rig.end_after = 5000;
   Engine engine(rig);
-  PeriodicLoop loop(rig, engine, modest());
+  PeriodicLoop loop(rig, engine, test::quiet_loop());
   loop.start();
   await_end(loop);
   EXPECT_EQ(engine.last_tick(), 4999U);
@@ -72,7 +65,7 @@ TEST(PeriodicLoop, ASlowDeviceIsNamedAsTheCauseOfTheOverrun) {
     if (tick == 30) std::this_thread::sleep_for(std::chrono::milliseconds(300));
   };
   Engine engine(rig);
-  PeriodicLoop loop(rig, engine, modest());
+  PeriodicLoop loop(rig, engine, test::quiet_loop());
   loop.start();
   await_end(loop);
   loop.stop();
@@ -97,7 +90,7 @@ TEST(PeriodicLoop, NoTickBeginsBeforeItsTimeHoweverEarlyTheThreadIsWoken) {
     std::vector<Clock::time_point> begun;
     rig.before_read = [&begun](std::uint64_t) { begun.push_back(Clock::now()); };
     Engine engine(rig);
-    LoopConfig config = modest();
+    LoopConfig config = test::quiet_loop();
     config.wake_early_share = share;
     PeriodicLoop loop(rig, engine, config);
     loop.start();
@@ -126,7 +119,7 @@ TEST(PeriodicLoop, JitterCountsAMissedPeriod) {
     if (tick == 20) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   };
   Engine engine(rig);
-  PeriodicLoop loop(rig, engine, modest());
+  PeriodicLoop loop(rig, engine, test::quiet_loop());
   loop.start();
   await_end(loop);
   loop.stop();
@@ -137,7 +130,7 @@ TEST(PeriodicLoop, SaysWhatItLacks) {
   FakeRig rig;
   rig.end_after = 1;
   Engine engine(rig);
-  LoopConfig config = modest();
+  LoopConfig config = test::quiet_loop();
   config.cpu = 0;
   PeriodicLoop loop(rig, engine, config);
   loop.start();
