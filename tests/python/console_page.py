@@ -98,9 +98,10 @@ class Page:
         return str(self.driver.find_element("css selector", selector).text)
 
     def settle(self) -> None:
-        """Waits until what the page asked for has come, and is drawn."""
+        """Waits until what the page asked for has come, and is drawn in its last colours."""
         self.wait(lambda: self.run("return window.asked()") == 0)
         self.driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done));")
+        self.wait(lambda: self.run("return !document.getAnimations().some((one) => one instanceof CSSTransition)"))
 
     def says(self, text: str, selector: str = "main") -> None:
         self.wait(lambda: text in self.text(selector))

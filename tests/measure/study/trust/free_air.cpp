@@ -234,7 +234,9 @@ void run_free_air(StudyContext& context) {
                    fixed(1e3 * w.of.zero_n, 1), fixed(100.0 * w.of.silent_share, 1) + " %",
                    share_of(p.failing, p.runs), fixed(p.of.max_n, 3), fixed(p.of.longest_ms, 1)});
     const auto line = static_cast<double>(bars.y.categories.size());
-    bars.y.categories.push_back(name);
+    std::string label = name;
+    std::replace(label.begin(), label.end(), '_', ' ');
+    bars.y.categories.push_back(label);
     constexpr double kFloorN = 1.2e-4;  // zero has no place on a logarithmic axis
     our_dots.add(std::max(kFloorN, w.of.max_n), line - 0.12);
     their_dots.add(std::max(kFloorN, p.of.max_n), line + 0.12);
