@@ -73,9 +73,12 @@ void ExplorePipeline::applied(const hal::Vector3& force_n) noexcept {
   const bool is_held = hold_within_sensor(now.normal, desired_n);
   command_n_ = end_.update(now.in_contact, command(now, desired_n, compensated), now.tool.interval);
   inward_n_ = -dot(desired_n, now.normal);
-  return {command_n_, now.in_contact, std::abs(inward_n_) >= kTraceN,
+  return {command_n_,
+          now.in_contact,
+          std::abs(inward_n_) >= kTraceN,
           is_held ? guard_limit::kForce : std::uint8_t{0},
-          touch_of(contact_.stage(), now.normal_n, now.in_contact ? now.displacement_mm : 0.0)};
+          touch_of(contact_.stage(), now.normal_n, now.in_contact ? now.displacement_mm : 0.0),
+          faults()};
 }
 
 inline hal::Vector3 ExplorePipeline::desired_force(const ContactState& now) noexcept {

@@ -18,6 +18,7 @@ struct PipelineOutput {
   bool wants_force = false;    ///< more than a trace is desired, in contact or while a release fades
   std::uint8_t held_back = 0;  ///< bits of guard_limit: what the scene itself bounded
   Touch touch{};               ///< for guide, fixture and watch
+  FaultSet faults = 0;         ///< of the rig, noticed with this sample: those of Pipeline::faults()
 };
 
 /// The stages of one scene, composed. All calls come from the thread that owns the clock.
@@ -50,7 +51,7 @@ class Pipeline {
   /// contact is declared only once the tool was seen free.
   virtual void reset() noexcept = 0;
 
-  /// Faults of the rig that it noticed with the last sample.
+  /// Faults of the rig that it noticed with the last sample, or in the zero that it took over.
   virtual FaultSet faults() const noexcept { return 0; }
   /// Zero of the sensor as it is followed; another pipeline goes on from it.
   virtual FollowedZero zero() const noexcept { return {}; }

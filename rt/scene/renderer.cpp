@@ -33,6 +33,7 @@ Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits, const As
   assistance_.exchange(spec, next != nullptr);
   if (before != nullptr && (before->channels() & channel::kZero) != 0) zero_ = before->zero();
   if (next != nullptr) next->adopt_zero(zero_);
+  noticed_ = next != nullptr ? next->faults() : 0;
   return before;
 }
 
@@ -49,7 +50,9 @@ void Renderer::watch_bias(const hal::RigSample& sample) noexcept {
   if (changed && !lost && pipeline_ != nullptr) pipeline_->biased_at(sample.tip_orientation);
 }
 
-inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample, bool has_jump) noexcept {
+inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample, bool is_evaluated,
+                                         bool has_jump) noexcept {
+  if (!is_evaluated) return {};
   if (pipeline_is_stale_) {
     pipeline_->reset();
     pipeline_is_stale_ = false;
@@ -96,12 +99,13 @@ inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluate
 [[gnu::flatten]] hal::DeviceCommand Renderer::tick(const hal::RigSample& sample,
                                                    TickRecord& record) noexcept {
   watch_bias(sample);
-  Admission admission = guard_.admit(sample, pipeline_ != nullptr ? pipeline_->faults() : 0);
+  Admission admission = guard_.admit(sample, noticed_);
   if (admission.restarts()) pipeline_is_stale_ = true;
   const bool is_evaluated = admission.is_fit() && pipeline_ != nullptr;
   const hal::Vector3& jump_n = guard_.load().jump_n();
   const bool has_jump = guard_.watches_load() && dot(jump_n, jump_n) != 0.0;
-  const PipelineOutput output = is_evaluated ? evaluate(sample, has_jump) : PipelineOutput{};
+  const PipelineOutput output = evaluate(sample, is_evaluated, has_jump);
+  if (is_evaluated) noticed_ = output.faults;
   const bool assists = !assistance_.is_idle();
   fill_record(sample, is_evaluated, has_jump, assists, record);
   const bool is_free = !output.in_contact && !output.wants_force;

@@ -44,9 +44,9 @@ class Renderer {
   Assistance& assistance() noexcept { return assistance_; }
 
  private:
-  /// Output of the pipeline for a sample that the guard finds fit. `has_jump`: a part of the sensor's zero
-  /// jumped, which is taken off.
-  PipelineOutput evaluate(const hal::RigSample& sample, bool has_jump) noexcept;
+  /// Output of the pipeline; nothing if it is not evaluated, as for a sample that is not fit. `has_jump`: a
+  /// part of the sensor's zero jumped, which is taken off.
+  PipelineOutput evaluate(const hal::RigSample& sample, bool is_evaluated, bool has_jump) noexcept;
   /// Fills in the sample and, if it was evaluated, the groups of the pipeline. `assists`: the group of the
   /// assistance follows.
   void fill_record(const hal::RigSample& sample, bool is_evaluated, bool has_jump, bool assists,
@@ -61,6 +61,7 @@ class Renderer {
 
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline
+  FaultSet noticed_ = 0;        ///< by the pipeline, with the last sample
   Guard guard_;
   Assistance assistance_;
   bool has_bias_serial_ = false;

@@ -181,9 +181,12 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
     back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority() * compensation_share(target);
   }
   command_n_ = end_.update(in_contact, controller_.update(desired_n_) + back_drive_n_, now.interval);
-  return {axis_.device_force_n(command_n_), in_contact, std::abs(desired_n_) >= kTraceN,
+  return {axis_.device_force_n(command_n_),
+          in_contact,
+          std::abs(desired_n_) >= kTraceN,
           is_held_ ? guard_limit::kForce : std::uint8_t{0},
-          touch_of(contact_, now.reaction_n, displacement_mm_)};
+          touch_of(contact_, now.reaction_n, displacement_mm_),
+          faults()};
 }
 
 void TapPipeline::fill_record(TickRecord& record) const noexcept {
