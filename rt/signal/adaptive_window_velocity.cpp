@@ -41,13 +41,8 @@ class Spans {
     return inverses_.data();
   }
 
-  /// True if it is certain that fit_end() would accept all points of a longest window.
-  ///
-  /// Let the points lie r_j aside of some line through the newest one. The line from the newest to point n
-  /// passes a nearer point j at a distance |r_j - ρ r_n|, 0 < ρ < 1. So none is farther off than the r of all
-  /// points spread, the newest's 0 among them. The line taken here goes along the ends; rounding has room.
-  bool are_even(const double* mm, double bound_mm) noexcept {
-    constexpr double kRounding = 1e-6;
+  /// Line along the ends of a longest window, with all of its points.
+  EvenLine along_ends(const double* mm) noexcept {
     if (!has_steps_) set_steps();
     const double slope = ((mm[0] + mm[1] + mm[2]) - (mm[kLast - 2] + mm[kLast - 1] + mm[kLast])) * per_ends_;
     const NumberPair newest_mm{mm[0], mm[0]};
@@ -61,7 +56,8 @@ class Spans {
     };
     for (std::size_t n = 1; n < kLast; n += 2) look(n);
     look(kLast - 1);
-    return std::max(most[0], most[1]) - std::min(least[0], least[1]) <= bound_mm * (1.0 - kRounding);
+    return {periods_[0], mm[0], slope, std::min(least[0], least[1]) - mm[0],
+            std::max(most[0], most[1]) - mm[0]};
   }
 
  private:
@@ -155,20 +151,30 @@ void BasicAdaptiveWindowVelocity<Value>::fit_first() noexcept {
 
 // A line of slope b through the newest position y_k at t_k passes within the bound d of an earlier one, y_j
 // at t_j, iff b lies in [(y_k - y_j - d)/(t_k - t_j), (y_k - y_j + d)/(t_k - t_j)]; the window grows while
-// its end slope lies in all of them. A motion that was even mostly is so still, and that is seen in less.
+// its end slope lies in all of them.
+//
+// It is certain that all points of a longest window would be accepted if they lie within a band as wide as
+// the bound. Let them lie r_j aside of some line, less what the newest one does. The line from the newest to
+// point n passes a nearer point j at a distance |r_j - ρ r_n|, 0 < ρ < 1. So none is farther off than the r
+// of all points spread, the newest's 0 among them. Rounding has room.
 template <class Value>
 void BasicAdaptiveWindowVelocity<Value>::fit_end() noexcept {
-  const Readings& readings = readings_[phase_];
+  Readings& readings = readings_[phase_];
   const double* const periods = &readings.periods[newest_];
   Spans spans(periods);
+  constexpr double kRounding = 1e-6;
+  const double band_mm = noise_bound_mm_ * (1.0 - kRounding);
   window_ = points_;
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
     const double* const mm = &readings.positions_mm[axis][newest_];
-    if (was_even_[axis] && spans.are_even(mm, noise_bound_mm_)) {
+    EvenLine& line = readings.lines[axis];
+    if (was_even_[axis] &&
+        (line.takes(periods[0], mm[0], band_mm) || (line = spans.along_ends(mm)).width_mm() <= band_mm)) {
       const double per_longest = 1.0 / (periods[0] - periods[kMaxWindow]);
       axis_of(velocity_mm_per_s_, axis) = (mm[0] - mm[kMaxWindow]) * per_longest * rate_hz_;
       continue;
     }
+    line.forget();
     const double* span = kAxes > 1 ? spans.inverses() : periods;
     const double* earlier_mm = mm;
     double low = -HUGE_VAL;

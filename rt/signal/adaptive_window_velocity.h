@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "hal/samples.h"
+#include "rt/signal/even_line.h"
 
 namespace hapticd::rt {
 
@@ -52,6 +53,7 @@ class BasicAdaptiveWindowVelocity {
   struct Readings {
     Ring periods{};                          ///< when, since the start
     std::array<Ring, kAxes> positions_mm{};  ///< of each axis
+    std::array<EvenLine, kAxes> lines{};     ///< of its longest window
   };
 
   void take(const Value& position_mm, double periods) noexcept;
