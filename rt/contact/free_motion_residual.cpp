@@ -63,7 +63,7 @@ void BasicFreeMotionResidual<Value>::step(const Measurement& now, double step_s,
   // Over the interval before the last: what is filtered is one position back.
   const double passed_s = last_step_s_;
   const double periods = passed_s * rate_hz_;
-  const Signals passed = section_2_.update(
+  const Signals& passed = section_2_.update(
       section_1_.update({forces_.at(common_ns) - raw_inertia_n, now.force_n, raw_inertia_n}, periods),
       periods);
   prompt_force_.update(now.force_n);
@@ -73,7 +73,7 @@ void BasicFreeMotionResidual<Value>::step(const Measurement& now, double step_s,
   jerk_n_per_s_ = std::max(jerk_n_per_s_ / (1.0 + step_s / kJerkMemoryS), jerk_now);
   last_inertia_n_ = passed.inertia_n();
   seen_jerk_n_ = kJerkMargin * delay_s_ * jerk_n_per_s_;
-  irregular_n_ /= 1.0 + step_s / delay_s_;
+  if (irregular_n_ > 0.0) irregular_n_ /= 1.0 + step_s / delay_s_;
   residual_n_ = passed.residual_n() + shortened(lead, explained_by_jerk_n());
 
   samples_ = 2;

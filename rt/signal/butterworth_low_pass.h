@@ -21,7 +21,7 @@ class BasicButterworthLowPass {
       : k_(std::tan(std::numbers::pi * cutoff_hz / rate_hz)), nominal_(over(1.0)), step_(nominal_) {}
 
   /// `periods`: of the loop since the last input, ≥ 0.
-  Value update(const Value& input, double periods = 1.0) noexcept {
+  const Value& update(const Value& input, double periods = 1.0) noexcept {
     if (periods != step_.periods) step_ = periods == 1.0 ? nominal_ : over(periods);
     const Value slope = slope_ * step_.keep + (input + input_ - output_ - output_) * step_.take;
     output_ = output_ + (slope_ + slope) * step_.periods;
