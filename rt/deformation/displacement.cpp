@@ -57,21 +57,20 @@ LawEstimate Displacement::law_estimate(double normal_n, double rate_mm_per_s, do
   return {};
 }
 
-void Displacement::update(const hal::Vector3& tip_mm, const hal::Vector3& step_mm,
-                          const hal::Vector3& normal_before, const hal::Vector3& normal, double normal_n,
-                          double rate_mm_per_s, const TickInterval& interval) noexcept {
+void Displacement::update(const hal::Vector3& tip_mm, double inward_mm, const hal::Vector3& slide_mm,
+                          const hal::Vector3& normal, double normal_n, double rate_mm_per_s,
+                          const TickInterval& interval) noexcept {
   const double periods = interval.elapsed_periods;
   if (auto* fused = std::get_if<FusedDisplacement>(&path_)) {
     by_law_ = law_estimate(normal_n, rate_mm_per_s, periods);
-    fused->update(-dot(step_mm, normal_before), norm(across(step_mm, normal_before)), by_law_,
-                  interval.periods);
+    fused->update(inward_mm, norm(slide_mm), by_law_, interval.periods);
     displacement_mm_ = fused->displacement_mm();
   } else if (auto* inverse = std::get_if<InverseDisplacement>(&path_)) {
     by_law_ = law_estimate(inverse->filter.update(normal_n, interval.periods), rate_mm_per_s, periods);
     displacement_mm_ = by_law_.displacement_mm;
   } else {
     hal::Vector3& contacted_mm = std::get_if<RecursiveDisplacement>(&path_)->contacted_mm;
-    contacted_mm = contacted_mm + across(step_mm, normal_before);  // (4.21)
+    contacted_mm = contacted_mm + slide_mm;  // (4.21)
     displacement_mm_ = dot(contacted_mm - tip_mm, normal);
   }
 }

@@ -40,9 +40,10 @@ class Displacement {
              double below_threshold_n) noexcept;
   /// Begins a contact whose beginning was not seen: the law says how deep the tip is.
   void begin_unseen(const hal::Vector3& tip_mm, double normal_n) noexcept;
-  /// Advances by one tick in contact. The step is taken along the normal *before* this tick's: a turn of the
-  /// normal must not count as path, or an encoder that dithers would add up.
-  void update(const hal::Vector3& tip_mm, const hal::Vector3& step_mm, const hal::Vector3& normal_before,
+  /// Advances by one tick in contact. The step is `inward_mm` along the normal *before* this tick's and
+  /// `slide_mm` across it: a turn of the normal must not count as path, or an encoder that dithers would add
+  /// up.
+  void update(const hal::Vector3& tip_mm, double inward_mm, const hal::Vector3& slide_mm,
               const hal::Vector3& normal, double normal_n, double rate_mm_per_s,
               const TickInterval& interval) noexcept;
   /// Advances by one tick out of contact: `path_mm` into the object, and a force that may yet turn out to be

@@ -91,11 +91,11 @@ inline void ExploredContact::estimate(ContactState& now) noexcept {
   now.normal_n = dot(tool.reaction_n, now.normal);
   if (now.began) return;
   const double by_law_mm = displacement_.by_law().displacement_mm;
-  displacement_.update(tool.tip_mm, tool.step_mm, normal_before, now.normal, now.normal_n, now.rate_mm_per_s,
+  const hal::Vector3 slide_mm = across(tool.step_mm, normal_before);
+  displacement_.update(tool.tip_mm, inward_mm, slide_mm, now.normal, now.normal_n, now.rate_mm_per_s,
                        tool.interval);
   path_mm_ = std::max(0.0, path_mm_ + inward_mm);
-  path_check_.update(inward_mm, norm(across(tool.step_mm, normal_before)),
-                     displacement_.by_law().displacement_mm - by_law_mm);
+  path_check_.update(inward_mm, norm(slide_mm), displacement_.by_law().displacement_mm - by_law_mm);
 }
 
 inline void ExploredContact::begin(const ToolState& tool) noexcept {
@@ -115,7 +115,7 @@ inline void ExploredContact::judge(const ContactState& now) noexcept {
   contact_.judge({now.normal_n, displacement_.displacement_mm(), path_mm_, norm(tool.acceleration_mm_per_s2),
                   -dot(tool.acceleration_mm_per_s2, now.normal), deflection_mm},
                  tool.interval);
-  if (!parameters_.evidence.required || !displacement_.has_law()) return;
+  if (!parameters_.evidence.required || !displacement_.has_law() || !path_check_.is_contradicted(0.0)) return;
   const double uncertain_mm =
       ContactEvidence::kDeflectionError * deflection_mm + kSensorLateS * norm(tool.velocity_mm_per_s);
   if (path_check_.is_contradicted(uncertain_mm)) contact_.await_free();

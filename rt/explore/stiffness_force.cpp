@@ -55,9 +55,8 @@ inline hal::Vector3 StiffnessForce::in_contact(const ContactState& now, ContactR
 }
 
 void StiffnessForce::hold_within(double max_n, const ContactState& now, hal::Vector3& desired_n) noexcept {
-  const double size_n = norm(desired_n);
-  if (!(size_n > max_n)) return;
-  const hal::Vector3 bound_n = desired_n * (max_n / size_n);
+  if (!exceeds(desired_n, max_n)) return;
+  const hal::Vector3 bound_n = desired_n * (max_n / norm(desired_n));
   late_.hold_back(dot(desired_n - bound_n, now.normal) / now.authority);
   desired_n = bound_n;
 }

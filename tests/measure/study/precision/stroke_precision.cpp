@@ -209,7 +209,8 @@ double displacement_run_time_ns(const DisplacementMethod& method, const Identifi
           if (tick.begins) {
             stage.begin(tick.tip_mm, tick.tip_mm, tick.normal, 0.01);
           } else {
-            stage.update(tick.tip_mm, tick.step_mm, normal_before, tick.normal, tick.normal_n,
+            stage.update(tick.tip_mm, -dot(tick.step_mm, normal_before),
+                         rt::across(tick.step_mm, normal_before), tick.normal, tick.normal_n,
                          tick.rate_mm_per_s, kEvenTick);
           }
           normal_before = tick.normal;
