@@ -255,7 +255,9 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
   if (state_ != GuardState::kRendering) update_authority();
 
   hal::Vector3 force;
-  if (authority_ > 0.0) {
+  // Mostly so in free air: then there is nothing to bound.
+  const bool is_nothing = dot(wanted_n_, wanted_n_) == 0.0 && dot(last_force_n_, last_force_n_) == 0.0;
+  if (authority_ > 0.0 && !is_nothing) {
     double max_force_n = limits_.max_force_n;
     // What the arm can give in this pose: rendered weaker instead of faulted by the device.
     const bool pose_decides = max_in_pose_n > 0.0 && max_in_pose_n < max_force_n;

@@ -36,16 +36,19 @@ class OscillationMonitor {
   /// starts over then.
   bool update(const hal::Vector3& force_n, const hal::Vector3& step_mm, std::int64_t time_ns) noexcept {
     energy_mj_ += dot(force_n, step_mm);
-    const hal::Vector3 reach_n = farthest_n_ - turn_n_;
-    const hal::Vector3 back_n = force_n - farthest_n_;
     const hal::Vector3 traced_n = force_n - turn_n_;
-    if (dot(traced_n, traced_n) >= dot(reach_n, reach_n)) {
+    const double traced_n2 = dot(traced_n, traced_n);
+    if (traced_n2 >= reach_n2_) {
       farthest_n_ = force_n;
+      reach_n2_ = traced_n2;
       return false;
     }
-    if (dot(back_n, back_n) < kSwingN * kSwingN || dot(back_n, reach_n) >= 0.0) return false;
+    const hal::Vector3 back_n = force_n - farthest_n_;
+    const double back_n2 = dot(back_n, back_n);
+    if (back_n2 < kSwingN * kSwingN || dot(back_n, farthest_n_ - turn_n_) >= 0.0) return false;
     turn_n_ = farthest_n_;
     farthest_n_ = force_n;
+    reach_n2_ = back_n2;
     return note_reversal(time_ns);
   }
   void reset() noexcept { *this = {}; }
@@ -77,6 +80,7 @@ class OscillationMonitor {
   std::size_t count_ = 0;
   hal::Vector3 turn_n_;      ///< where the command turned last
   hal::Vector3 farthest_n_;  ///< the farthest from there since
+  double reach_n2_ = 0.0;    ///< its distance from there, squared
   double energy_mj_ = 0.0;
 };
 
