@@ -38,18 +38,19 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
   }
   now.has_inertia = true;
   // Under the triangle over both halves, by time: slots may be of uneven length.
-  hal::Vector3 sum_n;
+  const Slot* slot = &before(0);
   double end_s = 0.0;
-  for (std::size_t age = 0; age < kHalf; ++age) {
-    const Slot& slot = before(age);
-    sum_n = sum_n + slot.reading_n * (slot.length_s * (end_s + 0.5 * slot.length_s) / latter_s);
-    end_s += slot.length_s;
+  hal::Vector3 latter_n_s2;
+  for (std::size_t i = 0; i < kHalf; ++i, --slot) {
+    latter_n_s2 = latter_n_s2 + slot->reading_n * (slot->length_s * (end_s + 0.5 * slot->length_s));
+    end_s += slot->length_s;
   }
+  slot -= kHalf - 1;  // on to the oldest
   double begin_s = 0.0;
-  for (std::size_t age = 2 * kHalf; age-- > kHalf;) {
-    const Slot& slot = before(age);
-    sum_n = sum_n + slot.reading_n * (slot.length_s * (begin_s + 0.5 * slot.length_s) / former_s);
-    begin_s += slot.length_s;
+  hal::Vector3 former_n_s2;
+  for (std::size_t i = 0; i < kHalf; ++i, ++slot) {
+    former_n_s2 = former_n_s2 + slot->reading_n * (slot->length_s * (begin_s + 0.5 * slot->length_s));
+    begin_s += slot->length_s;
   }
   const double over_s = 2.0 / (former_s + latter_s);
   const double per_latter = over_s / latter_s;
@@ -70,7 +71,7 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
     now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
     now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
   }
-  now.mean_n = sum_n * over_s - zero;
+  now.mean_n = latter_n_s2 * per_latter + former_n_s2 * per_former - zero;
   now.steady_n = now.mean_n + inertia_n;
   return now;
 }

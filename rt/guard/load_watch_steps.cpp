@@ -12,10 +12,9 @@ namespace hapticd::rt {
 void LoadWatch::suspect() noexcept {
   if (filled_ < 5) return;
   const hal::Vector3& now_n = before(0).reading_n;
-  const hal::Vector3 change_n = now_n - before(1).reading_n;
   if (is_suspected_) {
     // The reading of a contact goes on to change; a jump is over within two slots.
-    const double along_n = dot(change_n, suspected_along_);
+    const double along_n = dot(now_n - before(1).reading_n, suspected_along_);
     const double along_before_n = dot(before(1).reading_n - before(2).reading_n, suspected_along_);
     constexpr double kGoesOn = 0.3;
     const bool goes_on = along_n * along_before_n > 0.0 &&
