@@ -14,6 +14,7 @@ import ssl
 import struct
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -301,6 +302,14 @@ def test_who_takes_all_places_for_pages_gives_them_to_others(start_daemon: Any, 
     for one in hers[4:8] + his[:4]:
         assert b"beat" in one.receive()[1]
     assert page("anna").status == 503
+
+
+def test_browsers_that_ask_at_once_are_all_answered(daemon: Any, console: Any) -> None:
+    def ask(visitor: Visitor) -> set[int]:
+        return {visitor.rpc(method)[0] for _ in range(30) for method in ("RigService/GetRigState", "SceneService/ListScenes")}
+
+    with ThreadPoolExecutor() as crowd:
+        assert set().union(*crowd.map(ask, [Visitor(daemon, console) for _ in range(6)])) == {200}
 
 
 def test_too_many_requests_wait_but_a_stop_does_not(daemon: Any, start_console: Any) -> None:
@@ -632,6 +641,7 @@ def test_a_secret_that_others_may_read_is_replaced(daemon: Any, start_console: A
     assert visitor.ask("GET", "/").status == 401
 
 
+@pytest.mark.skipif(not (BINARIES / "hapticctl").exists(), reason="it starts hapticctl, which was not built")
 def test_a_personal_console_is_its_users_and_ends_with_the_page(start_daemon: Any, tmp_path: Path) -> None:
     daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:")  # loopback only, and no console of the rig
     with pytest.raises(hapticd.HapticdError, match="no console runs"), hapticd.connect(daemon.address) as rig:
