@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <thread>
 
@@ -216,7 +217,9 @@ class AttackedDaemon {
 };
 
 /// A sanitizer keeps what is freed and puts space around each block.
-constexpr double kMaxGrowthMb = kSanitized ? 300.0 : 100.0;
+constexpr double kMaxGrowthMb = kThreadSanitized ? std::numeric_limits<double>::infinity()
+                                : kSanitized     ? 300.0
+                                                 : 100.0;
 
 struct Resets {
   const char* method;
