@@ -64,6 +64,7 @@ class Walk {
 std::optional<hal::Error> check_toml_shape(std::string_view text, const std::string& source) {
   Walk walk(text);
   std::size_t parts = 1;
+  std::size_t items = 0;
   while (!walk.done()) {
     switch (walk.look()) {
       case '#':
@@ -77,11 +78,19 @@ std::optional<hal::Error> check_toml_shape(std::string_view text, const std::str
         ++parts;
         walk.step();
         break;
-      case '\n':
-      case '=':
+      case '=':  // behind a key
+      case ']':  // behind a table's key, or the last value of an array
+        items += parts;
+        parts = 1;
+        walk.step();
+        break;
       case ',':
+        ++items;
+        parts = 1;
+        walk.step();
+        break;
+      case '\n':
       case '[':
-      case ']':
       case '{':
       case '}':
         parts = 1;
@@ -95,6 +104,12 @@ std::optional<hal::Error> check_toml_shape(std::string_view text, const std::str
                             fmt::format("{}, line {}", source, walk.line()),
                             fmt::format("more than {} parts", kMaxKeyParts),
                             fmt::format("at most {} parts joined by dots", kMaxKeyParts), "shorten the key");
+    }
+    if (items > kMaxTomlItems) {
+      return hal::Error::of(hal::ErrorCode::kTooLong, "the text holds too many keys and values",
+                            fmt::format("{}, line {}", source, walk.line()),
+                            fmt::format("more than {}", kMaxTomlItems),
+                            fmt::format("at most {}", kMaxTomlItems), "leave out what is not needed");
     }
     if (walk.bytes_in_line() > kMaxTomlLine) {
       return hal::Error::of(

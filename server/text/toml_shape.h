@@ -13,10 +13,15 @@ namespace hapticd::server {
 /// process.
 inline constexpr std::size_t kMaxKeyParts = 16;
 inline constexpr std::size_t kMaxTomlLine = 16384;  ///< bytes
+/// Keys, each part of them, and values of arrays. The parser keeps up to 500 bytes for each: 1 MiB of text
+/// without this limit would become 100 MB. The largest scene has some 4 200, most of them a surface's
+/// heights.
+inline constexpr std::size_t kMaxTomlItems = 10000;
 
 /// Checks the shape: an error with its line if a key (`a.b = 1`, `[a.b]`, `[[a.b]]`, `{ a.b = 1 }`) has more
-/// than kMaxKeyParts parts, or a line has more than kMaxTomlLine bytes. Dots in strings and comments do not
-/// count. Whether the text is TOML is left to the parser.
+/// than kMaxKeyParts parts, a line has more than kMaxTomlLine bytes, or the text has more than kMaxTomlItems
+/// keys and values. Strings and comments are not looked into. Whether the text is TOML is left to
+/// the parser.
 std::optional<hal::Error> check_toml_shape(std::string_view text, const std::string& source);
 
 }  // namespace hapticd::server

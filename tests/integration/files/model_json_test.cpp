@@ -200,6 +200,12 @@ TEST(ModelJson, AnEditedOrDamagedExportIsRefused) {
   char& digit = other_hash[other_hash.find("\"hash\": \"") + 9];
   digit = digit == '0' ? '1' : '0';
   const std::string unfit = "does not fit its hash";
+  std::string of_many_values;
+  std::string of_many_objects;
+  for (int i = 0; i < 20000; ++i) {
+    of_many_values += ",0";
+    of_many_objects += ",{}";
+  }
   test::expect_refusals(
       {
           {replaced(good, "\"exponent\":1.7", "\"exponent\":1.8"), unfit, kDamaged},
@@ -209,6 +215,8 @@ TEST(ModelJson, AnEditedOrDamagedExportIsRefused) {
           {good.substr(0, good.size() / 2), "JSON", kSyntax},
           {"", "JSON", kSyntax},
           {std::string(500000, '['), "JSON", kSyntax},
+          {"[0" + of_many_values + "]", "too many values", kTooLong},
+          {"[{}" + of_many_objects + "]", "too many values", kTooLong},
           {"[]", "exported model", kUnknownWord},
           {"{\"schema\": 3}", "exported model", kUnknownWord},
           {replaced(good, "hapticd.stored_model/1", "hapticd.stored_model/2"), "version", kUnknownWord},

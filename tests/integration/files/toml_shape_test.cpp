@@ -70,6 +70,35 @@ TEST(TomlShape, RefusesLinesThatAreTooLongWhereverTheyStand) {
   EXPECT_FALSE(check_toml_shape(repeated("# one of many lines\n", 50000), "rig.toml"));
 }
 
+TEST(TomlShape, RefusesTooManyKeysAndValuesHoweverTheyAreWritten) {
+  const std::size_t limit = kMaxTomlItems;
+  for (const std::string& text :
+       {repeated("a=1\n", limit + 1), repeated("[a]\n", limit + 1), repeated("[[a]]\n", limit / 2 + 1),
+        repeated(key(16) + "=1\n", limit / 16 + 1), "a = [\n" + repeated("1,\n", limit + 1) + "]\n",
+        "a = [\n" + repeated("[],\n", limit / 2 + 1) + "]\n",
+        "a = [\n" + repeated("{b=1},\n", limit / 2 + 1) + "]\n"}) {
+    const auto error = check_toml_shape(text, "scene text");
+    ASSERT_TRUE(error) << text.substr(0, 20);
+    EXPECT_EQ(error->code, hal::ErrorCode::kTooLong);
+    EXPECT_EQ(error->what, "the text holds too many keys and values");
+    EXPECT_EQ(error->limit, "at most 10000");
+  }
+  const auto error = check_toml_shape("[t]\n" + repeated("a=1\n", limit), "scene text");
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->where, "scene text, line 10001");
+}
+
+TEST(TomlShape, CountsKeysAndValuesAndNothingElse) {
+  for (const std::string& text :
+       {repeated("a=1\n", kMaxTomlItems),
+        "heights = [\n" + repeated("-12.5, 0.25,\n", 2048) + "]\n",  // of the largest surface
+        "s = '''\n" + repeated("a = [1, 2]\n", kMaxTomlItems) + "'''\n",
+        repeated("# a = [1, 2]\n", kMaxTomlItems), repeated("\n", 10 * kMaxTomlItems)}) {
+    const auto error = check_toml_shape(text, "scene text");
+    EXPECT_FALSE(error) << error->text();
+  }
+}
+
 // 62 kB of one dotted key used up the stack of the one who parsed it.
 TEST(TomlShape, StandsBeforeScenesAndConfigurations) {
   using enum hal::ErrorCode;
