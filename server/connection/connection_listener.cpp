@@ -1,9 +1,6 @@
 #include "server/connection/connection_listener.h"
 
 #include <fcntl.h>
-#include <netdb.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <pthread.h>
 #include <sys/eventfd.h>
@@ -19,6 +16,7 @@
 #include <utility>
 
 #include "server/access/local_user.h"
+#include "server/connection/listening_socket.h"
 #include "server/process/log.h"
 
 namespace hapticd::server {
@@ -56,68 +54,6 @@ hal::Error no_unix_socket(const std::string& path, const std::string& reason) {
 
 int open_spare() {
   return open("/dev/null", O_RDONLY | O_CLOEXEC);
-}
-
-struct Address {
-  sockaddr_storage bytes{};
-  socklen_t length = 0;
-  sockaddr* any() { return reinterpret_cast<sockaddr*>(&bytes); }
-};
-
-void set_port(Address& address, std::uint16_t port) {
-  if (address.bytes.ss_family == AF_INET) {
-    reinterpret_cast<sockaddr_in&>(address.bytes).sin_port = htons(port);
-  } else {
-    reinterpret_cast<sockaddr_in6&>(address.bytes).sin6_port = htons(port);
-  }
-}
-
-std::uint16_t port_of(int descriptor) {
-  Address own;
-  own.length = sizeof own.bytes;
-  getsockname(descriptor, own.any(), &own.length);
-  const bool v4 = own.bytes.ss_family == AF_INET;
-  return ntohs(v4 ? reinterpret_cast<sockaddr_in&>(own.bytes).sin_port
-                  : reinterpret_cast<sockaddr_in6&>(own.bytes).sin6_port);
-}
-
-std::vector<Address> addresses_of(const ListenAddress& listen, std::string& reason) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE;
-  addrinfo* found = nullptr;
-  if (const int failure =
-          getaddrinfo(listen.host.c_str(), std::to_string(listen.port).c_str(), &hints, &found);
-      failure != 0) {
-    reason = gai_strerror(failure);
-    return {};
-  }
-  std::vector<Address> all;
-  for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
-    Address& address = all.emplace_back();
-    std::memcpy(&address.bytes, one->ai_addr, one->ai_addrlen);
-    address.length = one->ai_addrlen;
-  }
-  freeaddrinfo(found);
-  return all;
-}
-
-/// Listens; returns the descriptor, or -1 with the reason in errno.
-int listen_at(Address address) {
-  const int family = address.bytes.ss_family;
-  const int descriptor = socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (descriptor < 0) return -1;
-  const int on = 1;
-  setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);  // those accepted inherit it
-  if (family == AF_INET6) setsockopt(descriptor, IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
-  if (bind(descriptor, address.any(), address.length) == 0 && ::listen(descriptor, SOMAXCONN) == 0) {
-    return descriptor;
-  }
-  const int reason = errno;
-  close(descriptor);
-  errno = reason;
-  return -1;
 }
 
 }  // namespace
@@ -164,7 +100,7 @@ hal::Result<bool> ConnectionListener::try_tcp(const ListenAddress& listen, Conne
   std::vector<int>& stops = kind == ConnectionKind::kTls ? stop_.tls : stop_.plain;
   std::string reason;
   bool listens = false;
-  for (Address& address : addresses_of(listen, reason)) {
+  for (SocketAddress& address : addresses_of(listen, reason)) {
     // Any free port: the first address finds it, the others take the same.
     if (port != 0) set_port(address, port);
     const int descriptor = listen_at(address);
@@ -192,7 +128,7 @@ hal::Result<bool> ConnectionListener::try_tcp(const ListenAddress& listen, Conne
 }
 
 hal::Result<bool> ConnectionListener::open_unix(const std::string& path, const std::string& group) {
-  Address address;
+  SocketAddress address;
   auto& name = reinterpret_cast<sockaddr_un&>(address.bytes);
   if (path.size() >= sizeof name.sun_path) return no_unix_socket(path, "the path is too long");
   gid_t owner = getegid();
@@ -228,7 +164,7 @@ hal::Result<bool> ConnectionListener::open_unix(const std::string& path, const s
 // Opens the datagram socket. All users of this machine may stop, over loopback as well: whoever may reach the
 // folder may use it.
 hal::Result<bool> ConnectionListener::open_datagram(const std::string& path) {
-  Address address;
+  SocketAddress address;
   auto& name = reinterpret_cast<sockaddr_un&>(address.bytes);
   if (path.size() >= sizeof name.sun_path) return no_unix_socket(path, "the path is too long");
   name.sun_family = AF_UNIX;

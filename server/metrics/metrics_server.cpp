@@ -1,58 +1,161 @@
 #include "server/metrics/metrics_server.h"
 
-#include <prometheus/collectable.h>
-#include <prometheus/exposer.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <prometheus/text_serializer.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
-#include <exception>
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
 #include <utility>
-#include <vector>
+
+#include "server/connection/fair_places.h"
+#include "server/connection/listening_socket.h"
 
 namespace hapticd::server {
 
 namespace {
 
-/// Scrapers are few, and each asks a few times a minute.
-constexpr const char* kThreads = "2";
-constexpr const char* kTimeoutMs = "2000";
+constexpr std::size_t kMaxRequest = 8192;
+/// Fewer than there are places: what has just come has its turn before others can take its place.
+constexpr int kMaxInTurn = 4;
+constexpr int kRetryMs = 10;
 
-class Rig final : public prometheus::Collectable {
- public:
-  explicit Rig(MetricsServer::Figures figures) : figures_(std::move(figures)) {}
-  std::vector<prometheus::MetricFamily> Collect() const override { return metric_families(figures_()); }
-
- private:
-  MetricsServer::Figures figures_;
-};
+std::string http_answer(std::string_view status, std::string_view headers, std::string_view body) {
+  return fmt::format("HTTP/1.1 {}\r\n{}Content-Length: {}\r\nConnection: close\r\n\r\n{}", status, headers,
+                     body.size(), body);
+}
 
 }  // namespace
 
-struct MetricsServer::State {
-  std::shared_ptr<Rig> rig;
-  prometheus::Exposer exposer;  // last: its threads end before the rig does
-};
-
-MetricsServer::MetricsServer(std::unique_ptr<State> state, std::uint16_t port)
-    : state_(std::move(state)), port_(port) {}
-
-MetricsServer::~MetricsServer() = default;
-
 hal::Result<std::unique_ptr<MetricsServer>> MetricsServer::start(const ListenAddress& address,
-                                                                 Figures figures) {
+                                                                 Figures figures,
+                                                                 std::chrono::milliseconds max_time) {
   ListenAddress in_numbers = address;
   if (address.host == "localhost") in_numbers.host = "127.0.0.1";
-  const std::vector<std::string> options{"listening_ports", in_numbers.text(),    "num_threads",
-                                         kThreads,          "request_timeout_ms", kTimeoutMs};
-  try {
-    std::unique_ptr<State> state(
-        new State{std::make_shared<Rig>(std::move(figures)), prometheus::Exposer(options)});
-    state->exposer.RegisterCollectable(state->rig);
-    const int port = state->exposer.GetListeningPorts().at(0);
-    return std::unique_ptr<MetricsServer>(
-        new MetricsServer(std::move(state), static_cast<std::uint16_t>(port)));
-  } catch (const std::exception&) {
+  std::unique_ptr<MetricsServer> server(new MetricsServer(std::move(figures), max_time));
+  std::string reason;
+  const auto addresses = addresses_of(in_numbers, reason);
+  if (!addresses.empty()) server->listening_ = listen_at(addresses.front());
+  server->wake_ = eventfd(0, EFD_CLOEXEC);
+  if (server->listening_ < 0 || server->wake_ < 0) {
     return hal::Error{"cannot listen for scrapes of metrics", "[metrics] listen", address.text(),
                       "an address of this machine and a port that no program uses", "choose another port"};
   }
+  server->port_ = port_of(server->listening_);
+  server->thread_ = std::thread([here = server.get()] { here->run(); });
+  return server;
+}
+
+MetricsServer::MetricsServer(Figures figures, std::chrono::milliseconds max_time)
+    : figures_(std::move(figures)), max_time_(max_time) {}
+
+MetricsServer::~MetricsServer() {
+  if (thread_.joinable()) {
+    eventfd_write(wake_, 1);
+    thread_.join();
+  }
+  for (Connection& connection : connections_) release(connection);
+  for (const int descriptor : {listening_, wake_}) {
+    if (descriptor >= 0) close(descriptor);
+  }
+}
+
+void MetricsServer::run() {
+  pthread_setname_np(pthread_self(), "hapticd-metrics");
+  std::array<pollfd, 2 + kMaxConnections> watched{};
+  for (;;) {
+    watched[0] = {wake_, POLLIN, 0};
+    watched[1] = {listening_, POLLIN, 0};
+    for (std::size_t i = 0; i < kMaxConnections; ++i) {
+      const Connection& one = connections_[i];
+      const short writes = one.sent < one.answer.size() ? POLLOUT : 0;
+      watched[2 + i] = {one.descriptor, static_cast<short>(POLLIN | writes), 0};  // poll passes over -1
+    }
+    if (poll(watched.data(), watched.size(), wait_ms()) < 0) continue;
+    if (watched[0].revents != 0) return;
+    for (std::size_t i = 0; i < kMaxConnections; ++i) {
+      if (watched[2 + i].revents != 0) serve(connections_[i]);
+    }
+    if (watched[1].revents != 0) accept_some();
+    for (Connection& one : connections_) {
+      if (one.descriptor >= 0 && Clock::now() >= one.begun + max_time_) release(one);
+    }
+  }
+}
+
+int MetricsServer::wait_ms() const {
+  auto next = Clock::time_point::max();
+  for (const Connection& one : connections_) {
+    if (one.descriptor >= 0) next = std::min(next, one.begun + max_time_);
+  }
+  if (next == Clock::time_point::max()) return -1;
+  const auto wait = std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now());
+  return static_cast<int>(std::max<std::int64_t>(0, wait.count()));
+}
+
+void MetricsServer::accept_some() {
+  for (int i = 0; i < kMaxInTurn; ++i) {
+    sockaddr_storage peer{};
+    socklen_t length = sizeof peer;
+    const int descriptor =
+        accept4(listening_, reinterpret_cast<sockaddr*>(&peer), &length, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (descriptor < 0) {
+      const bool none_left = errno == EMFILE || errno == ENFILE;
+      if (none_left) poll(nullptr, 0, kRetryMs);  // the connection waits in its queue
+      return;
+    }
+    const std::uint64_t client = client_of(peer);
+    const auto free = std::find_if(connections_.begin(), connections_.end(),
+                                   [](const Connection& one) { return one.descriptor < 0; });
+    Connection& place =
+        free != connections_.end() ? *free : *oldest_of_most(connections_, std::optional(client));
+    release(place);
+    place.descriptor = descriptor;
+    place.client = client;
+    place.begun = Clock::now();
+    serve(place);  // what it has to say may be there already
+  }
+}
+
+void MetricsServer::serve(Connection& connection) {
+  std::array<char, 4096> bytes{};
+  const ssize_t size = recv(connection.descriptor, bytes.data(), bytes.size(), 0);
+  const bool waits = size < 0 && (errno == EAGAIN || errno == EINTR);
+  if (size <= 0 && !waits) return release(connection);
+  if (connection.answer.empty()) {
+    connection.request.append(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(0, size)));
+    if (connection.request.size() > kMaxRequest) {
+      connection.answer = http_answer("431 Request Header Fields Too Large", "", "");
+    } else if (connection.request.find("\r\n\r\n") != std::string::npos) {
+      connection.answer = answer_to(connection.request);
+    } else {
+      return;
+    }
+  }
+  const std::string_view left = std::string_view(connection.answer).substr(connection.sent);
+  if (left.empty()) return;  // until it closes, so that the end does not overtake the answer
+  const ssize_t sent = send(connection.descriptor, left.data(), left.size(), MSG_NOSIGNAL);
+  if (sent < 0 && errno != EAGAIN && errno != EINTR) return release(connection);
+  connection.sent += static_cast<std::size_t>(std::max<ssize_t>(0, sent));
+  if (connection.sent == connection.answer.size()) ::shutdown(connection.descriptor, SHUT_WR);
+}
+
+std::string MetricsServer::answer_to(std::string_view request) const {
+  if (!request.starts_with("GET ")) return http_answer("405 Method Not Allowed", "Allow: GET\r\n", "");
+  const std::string_view target = request.substr(4, request.find_first_of(" ?\r", 4) - 4);
+  if (target != "/metrics") return http_answer("404 Not Found", "", "");
+  return http_answer("200 OK", "Content-Type: text/plain; version=0.0.4; charset=utf-8\r\n",
+                     prometheus::TextSerializer().Serialize(metric_families(figures_())));
+}
+
+void MetricsServer::release(Connection& connection) {
+  if (connection.descriptor >= 0) close(connection.descriptor);
+  connection = Connection{};
 }
 
 }  // namespace hapticd::server

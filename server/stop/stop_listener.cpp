@@ -17,6 +17,7 @@
 #include <cstring>
 #include <utility>
 
+#include "server/connection/fair_places.h"
 #include "server/stop/stop_memory.h"
 #include "server/stop/stop_message.h"
 
@@ -40,14 +41,6 @@ void raise_priority() {
   const sched_param priority{.sched_priority = sched_get_priority_min(SCHED_RR) + 1};
   if (pthread_setschedparam(pthread_self(), SCHED_RR, &priority) == 0) return;
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
-}
-
-/// Client: one for all addresses that one machine may choose from.
-std::uint64_t client_of(const sockaddr_storage& address) {
-  if (address.ss_family == AF_INET) return reinterpret_cast<const sockaddr_in&>(address).sin_addr.s_addr;
-  std::uint64_t network = 0;
-  std::memcpy(&network, &reinterpret_cast<const sockaddr_in6&>(address).sin6_addr, sizeof network);
-  return network;
 }
 
 void write_peer(const sockaddr_storage& address, std::array<char, 64>& text) {
@@ -230,7 +223,7 @@ void StopListener::begin_one_handshake() {
   std::size_t least = 0;
   for (Connection& one : connections_) {
     if (!one.has_come || !one.is_new()) continue;
-    const std::size_t count = count_of(one.client);
+    const std::size_t count = count_of(connections_, one.client);
     const bool goes_first =
         chosen == nullptr || count < least || (count == least && one.begun > chosen->begun);
     if (!goes_first) continue;
@@ -243,13 +236,8 @@ void StopListener::begin_one_handshake() {
   serve(*chosen);
 }
 
-std::size_t StopListener::count_of(std::uint64_t client) const {
-  const auto is_its = [client](const Connection& one) { return one.descriptor >= 0 && one.client == client; };
-  return static_cast<std::size_t>(std::count_if(connections_.begin(), connections_.end(), is_its));
-}
-
 bool StopListener::free_descriptor() {
-  if (Connection* most = oldest_of_most(std::nullopt)) {
+  if (Connection* most = oldest_of_most(connections_, std::nullopt)) {
     release(*most);
     return true;
   }
@@ -265,22 +253,8 @@ StopListener::Connection& StopListener::place_for(std::uint64_t client) {
   for (Connection& one : connections_) {
     if (one.descriptor < 0) return one;
   }
-  Connection& chosen = *oldest_of_most(client);
+  Connection& chosen = *oldest_of_most(connections_, client);
   release(chosen);
-  return chosen;
-}
-
-StopListener::Connection* StopListener::oldest_of_most(std::optional<std::uint64_t> client) {
-  std::size_t most = 0;
-  Connection* chosen = nullptr;
-  for (Connection& one : connections_) {
-    if (one.descriptor < 0) continue;
-    const std::size_t count = count_of(one.client) + (client == one.client ? 1 : 0);  // with the new one
-    const bool goes_first = chosen == nullptr || count > most || (count == most && one.begun < chosen->begun);
-    if (!goes_first) continue;
-    most = count;
-    chosen = &one;
-  }
   return chosen;
 }
 

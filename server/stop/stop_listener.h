@@ -23,8 +23,7 @@ namespace hapticd::server {
 
 /// Serves stops and nothing else, on one thread. What comes without certificates takes no memory, no lock and
 /// no system call that could wait. A connection has a second for its few bytes. There are kMaxConnections of
-/// them; for a new one the oldest of the client (user, or address) that has the most is closed, so that one
-/// client cannot hold the last place.
+/// them, shared by clients (users, or addresses) as in fair_places.h.
 class StopListener {
  public:
   static constexpr std::size_t kMaxConnections = 64;
@@ -77,13 +76,10 @@ class StopListener {
   /// Begins the handshake of the client that has the fewest connections, and of those the newest: a client
   /// that connects again and again keeps no other waiting.
   void begin_one_handshake();
-  std::size_t count_of(std::uint64_t client) const;
   void serve(Connection& connection);
   void answer(Connection& connection, bool is_stop);
   void release(Connection& connection);
   Connection& place_for(std::uint64_t client);
-  /// Oldest connection of the client that has the most, one more of `client` counted; null: there is none.
-  Connection* oldest_of_most(std::optional<std::uint64_t> client);
   /// Closes something, for a connection for which the process has no descriptor left.
   bool free_descriptor();
   std::uint64_t stop_and_report(StopReport report);
