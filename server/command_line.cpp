@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "proto/text/usage_message.h"
 #include "server/daemon.h"
 #include "server/process/version.h"
 
@@ -54,6 +55,7 @@ std::optional<CommandLine> read_command_line(int argc, char** argv, int& exit_co
       "Exit codes: 0 clean, 2 bad command line or configuration, 3 cannot listen (another daemon?), 4 rig "
       "cannot be "
       "opened.");
+  app.failure_message(text::usage_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

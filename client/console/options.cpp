@@ -8,6 +8,7 @@
 #include <cstdlib>
 
 #include "client/cpp/certificates.h"
+#include "proto/text/usage_message.h"
 
 namespace hapticd::console {
 
@@ -157,6 +158,7 @@ std::optional<Options> read_options(int argc, char** argv, int& exit_code) {
       "  hapticd-console --personal --server 127.0.0.1:50051 --listen 127.0.0.1:0      as hapticctl console "
       "does\n\n"
       "Exit codes: 0 clean, 2 bad command line or configuration, 3 cannot listen or no certificates.");
+  app.failure_message(text::usage_message);
   try {
     app.parse(argc, argv);
     take(texts, options);

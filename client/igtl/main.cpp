@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "client/igtl/bridge.h"
+#include "proto/text/usage_message.h"
 #include "proto/text/utf8_text.h"
 
 namespace {
@@ -56,6 +57,7 @@ int main(int argc, char** argv) {
       "measurement, and a STATUS each second.\n\n"
       "Examples:\n  hapticd-igtl\n  hapticd-igtl --frame reference --rate 120 --predict 20 --listen 0.0.0.0\n"
       "  hapticd-igtl --reference StylusToTracker      while hapticctl calibrate runs");
+  app.failure_message(text::usage_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -7,6 +7,7 @@
 
 #include "client/cli/text/option_value_error.h"
 #include "proto/text/suggestion.h"
+#include "proto/text/usage_message.h"
 
 namespace hapticd::cli {
 namespace {
@@ -33,17 +34,6 @@ std::vector<std::string> commands_below(const CLI::App& command) {
   return names;
 }
 
-/// Options of a command, and those that every command takes.
-std::vector<std::string> options_of(const CLI::App& command) {
-  std::vector<std::string> names;
-  for (const CLI::App* one = &command; one != nullptr; one = one->get_parent()) {
-    for (const CLI::Option* option : one->get_options()) {
-      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    }
-  }
-  return names;
-}
-
 }  // namespace
 
 LocalError usage_error(const CLI::App& app, const CLI::ParseError& error) {
@@ -55,7 +45,7 @@ LocalError usage_error(const CLI::App& app, const CLI::ParseError& error) {
   if (!unknown.empty() && unknown.front().starts_with('-') && unknown.front() != "--") {
     const std::string option = unknown.front().substr(0, unknown.front().find('='));
     return {"there is no such option", typed.words, option, "",
-            text::did_you_mean(option, options_of(*typed.command), help)};
+            text::did_you_mean(option, text::long_options(*typed.command), help)};
   }
   if (auto wrong = option_value_error(*typed.command, typed.words, error)) return *wrong;
   if (!commands.empty() && !unknown.empty()) {

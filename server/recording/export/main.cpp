@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "proto/text/usage_message.h"
 #include "proto/text/utf8_text.h"
 #include "server/recording/export/table_export.h"
 
@@ -74,6 +75,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Examples:\n  hapticd-export press.mcap --out press.h5\n"
       "  hapticd-export press.mcap --out press.csv --columns contact_reaction_force_n --from 10 --to 20");
+  app.failure_message(hapticd::text::usage_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

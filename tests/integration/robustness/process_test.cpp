@@ -197,7 +197,11 @@ TEST(ServiceProcess, RefusesASecondDaemonOnTheUnixSocketAndTakesOverFromADeadOne
 
 TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
   const TemporaryFolder folder;
-  expect_ended(run({"--lisen", "127.0.0.1:0"}), 2, "--lisen");
+  expect_ended(run({"--lisen", "127.0.0.1:0"}), 2,
+               "hapticd: there is no such option (got --lisen); did you mean '--listen'?");
+  expect_ended(run({"--rate", "2000"}), 2, "did you mean '--rate-hz'?");
+  expect_ended(run({"--rate=2000"}), 2, "did you mean '--rate-hz'?");
+  expect_ended(run({"--qqqq", "2000"}), 2, "see hapticd --help");
   expect_ended(run({"--listen", "0.0.0.0:50051"}), 2, "refusing to listen beyond this machine");
   expect_ended(run({"--rate-hz", "nan"}), 2, "--rate-hz: the loop rate is not finite");
   expect_ended(run({"--config", folder.path("none.toml")}), 2, "cannot read the file");
