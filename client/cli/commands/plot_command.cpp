@@ -35,7 +35,7 @@ void add_plot_command(CLI::App& app, Session& session) {
       ->required();
   command->add_option("-o,--out", options->svg, "Where to write the plot (SVG)")->required();
   command->callback([&session, options] {
-    require_svg_name("--out", options->svg);
+    require_svg_path("--out", options->svg);
     const CsvTable table = read_recording(options->recording);
     write_svg(recording_figure(table), options->svg);
     if (session.json) return print_json({{"plot", options->svg}, {"samples", table.rows()}});

@@ -24,7 +24,7 @@ struct Line {
 
   /// Throws LocalError if the plot's name is not that of an SVG.
   IdentifyOptions session_options() const {
-    if (!options.svg.empty()) require_svg_name("--svg", options.svg);
+    if (!options.svg.empty()) require_svg_path("--svg", options.svg);
     IdentifyOptions result = options;
     result.adopt = task.adopt;
     result.timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0));

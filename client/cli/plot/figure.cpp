@@ -195,16 +195,20 @@ std::string gnuplot_script(const Figure& figure, const std::string& svg_path) {
   return script + "unset multiplot\nunset output\n";
 }
 
-void require_svg_name(const std::string& option, const std::string& svg_path) {
-  if (std::filesystem::path(svg_path).extension() == ".svg") return;
-  throw LocalError("plots are drawn as SVG only", option, svg_path, "a name that ends in .svg",
-                   "convert it afterwards, e.g. with rsvg-convert");
+void require_svg_path(const std::string& option, const std::string& svg_path) {
+  const std::filesystem::path path(svg_path);
+  if (path.extension() != ".svg") {
+    throw LocalError("plots are drawn as SVG only", option, svg_path, "a name that ends in .svg",
+                     "convert it afterwards, e.g. with rsvg-convert");
+  }
+  std::error_code ignored;
+  const auto folder = path.parent_path();
+  if (folder.empty() || std::filesystem::is_directory(folder, ignored)) return;
+  throw LocalError("cannot write the plot", option, svg_path, "a file in a folder that is there",
+                   "make the folder, or see its rights");
 }
 
 void write_svg(const Figure& figure, const std::string& svg_path) {
-  const auto folder = std::filesystem::path(svg_path).parent_path();
-  std::error_code ignored;
-  if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
   if (!installed("gnuplot")) {
     throw LocalError("gnuplot is not installed, and it draws the plots", svg_path, "", "",
                      "apt-get install gnuplot-nox");

@@ -43,8 +43,9 @@ struct Figure {
 /// The figure as a script for gnuplot, its data inside; it writes an SVG file to `svg_path`.
 std::string gnuplot_script(const Figure& figure, const std::string& svg_path);
 
-/// Throws LocalError, which names `option`, unless the path ends in .svg.
-void require_svg_name(const std::string& option, const std::string& svg_path);
+/// Throws LocalError, which names `option`, unless the path ends in .svg and its folder is there. To be asked
+/// before the work whose end is the plot.
+void require_svg_path(const std::string& option, const std::string& svg_path);
 
 /// Has gnuplot draw the figure. Throws LocalError when gnuplot is not installed or failed.
 void write_svg(const Figure& figure, const std::string& svg_path);

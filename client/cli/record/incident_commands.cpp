@@ -48,7 +48,7 @@ v1::RecordingFile find_incident(client::Client& client, const std::string& asked
 }
 
 void show_incident(Session& session, const ShowOptions& options) {
-  if (!options.svg.empty()) require_svg_name("--out", options.svg);
+  if (!options.svg.empty()) require_svg_path("--out", options.svg);
   client::Client client = session.connect();
   const v1::RecordingFile file = find_incident(client, options.id);
   v1::ExportRecordingRequest request;

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string>
+
+#include "client/cli/session/session.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {
 namespace {
@@ -19,6 +23,23 @@ TEST(Figure, TheScriptHoldsItsDataUnitsAndNames) {
   EXPECT_NE(script.find("$data_0_0 << EOD\n0 0\n1.5 0.6\n\n0 1\nEOD"), std::string::npos);
   EXPECT_NE(script.find("set xlabel 'displacement / mm' offset 0,0"), std::string::npos);
   EXPECT_NE(script.find("title 'hand'"), std::string::npos);
+}
+
+TEST(Figure, APlotGoesToAFolderThatIsThere) {
+  const test::TemporaryFolder folder;
+  EXPECT_NO_THROW(require_svg_path("--out", "x.svg"));
+  EXPECT_NO_THROW(require_svg_path("--out", folder.path("x.svg")));
+  const std::string elsewhere = folder.path("a/b/x.svg");
+  try {
+    require_svg_path("--out", elsewhere);
+    ADD_FAILURE() << "it is accepted";
+  } catch (const LocalError& error) {
+    EXPECT_EQ(error.detail().value(), elsewhere);
+    EXPECT_EQ(error.detail().where(), "--out");
+    EXPECT_FALSE(error.detail().remedy().empty());
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path("a")));
+  EXPECT_THROW(require_svg_path("--out", folder.path("x.png")), LocalError);
 }
 
 TEST(Figure, ATitleOfTheDaemonIsNoCommand) {
