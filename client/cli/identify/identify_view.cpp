@@ -44,9 +44,7 @@ double covered(const v1::IdentificationProgress& progress) {
 }
 
 std::string duration(const v1::IdentificationProgress& progress) {
-  const std::string limit =
-      progress.time_limit_s() > 0.0 ? fmt::format(" of {:g} s", progress.time_limit_s()) : std::string(" s");
-  return fmt::format("{:.1f}", progress.duration_s()) + limit;
+  return fmt::format("{:.1f} of {:g} s", progress.duration_s(), progress.time_limit_s());
 }
 
 std::string painted_state(const v1::IdentificationProgress& progress, const Terminal& terminal) {
@@ -266,7 +264,7 @@ std::string identify_subject(const v1::IdentificationProgress& progress) {
 }
 
 bool is_of_earlier_run(const v1::IdentificationProgress& progress) {
-  return is_over(progress) && progress.time_limit_s() == 0.0;
+  return is_over(progress) && !progress.has_time_limit_s();
 }
 
 std::vector<std::string> draw_fit(const v1::IdentificationProgress& progress, int width, int height,
@@ -313,9 +311,11 @@ std::vector<std::string> identify_frame(const v1::IdentificationProgress& progre
   } else if (!is_over(progress) && !progress.instruction().empty()) {
     append(lines, banner(printable(progress.instruction()), whole, Color::kYellow, terminal));
   }
-  lines.push_back(progress_bar(progress.completion(), std::clamp(width - 34, 10, 60), terminal) + " " +
-                  percent_done(progress.completion()) + "   " + duration(progress));
-  lines.push_back(flags(progress, terminal));
+  if (!is_of_earlier_run(progress)) {
+    lines.push_back(progress_bar(progress.completion(), std::clamp(width - 34, 10, 60), terminal) + " " +
+                    percent_done(progress.completion()) + "   " + duration(progress));
+    lines.push_back(flags(progress, terminal));
+  }
   append(lines, parameter_lines(progress, tall ? 12 : 4, terminal));
   if (!is_over(progress)) {
     append(lines, list_lines("missing", progress.missing(), tall ? 4 : 1, Color::kYellow, terminal));
@@ -327,6 +327,7 @@ std::vector<std::string> identify_frame(const v1::IdentificationProgress& progre
 }
 
 std::string identify_line(const v1::IdentificationProgress& progress, const Terminal& terminal) {
+  if (is_of_earlier_run(progress)) return fmt::format("{:>7} s  {}", "-", word(progress.state()));
   std::string line = fmt::format("{:7.1f} s  {}  {}", progress.duration_s(), word(progress.state()),
                                  percent_done(progress.completion()));
   if (progress.has_residual()) line += "  residual " + percent(progress.residual());
@@ -352,9 +353,11 @@ std::vector<std::string> identify_report(const v1::IdentificationProgress& progr
   std::vector<std::string> lines{fmt::format("{}  {}: {}",
                                              terminal.bold(printable(progress.identification())),
                                              identify_subject(progress), painted_state(progress, terminal))};
-  if (!is_of_earlier_run(progress)) lines.front() += fmt::format(" after {:.1f} s", progress.duration_s());
-  append(lines, parameter_lines(progress, kAll, terminal));
-  lines.push_back("  " + flags(progress, terminal));
+  if (!is_of_earlier_run(progress)) {
+    lines.front() += fmt::format(" after {:.1f} s", progress.duration_s());
+    append(lines, parameter_lines(progress, kAll, terminal));
+    lines.push_back("  " + flags(progress, terminal));
+  }
   append(lines, list_lines("missing", progress.missing(), kAll, Color::kYellow, terminal));
   append(lines, list_lines("remark", progress.remarks(), kAll, Color::kGrey, terminal));
   if (progress.has_problem() && !progress.problem().what().empty()) {

@@ -73,8 +73,11 @@ export function show(place, {rig}) {
     cancel.disabled = !running;
     start.disabled = running;
     setText(instruction, running ? p.instruction || '…' : `${word(p.state, 'IDENTIFICATION_STATE_')}. ${p.model ? `Model ${p.model.slice(0, 12)} is kept.` : ''}`);
-    progress.value = String(p.completion);
-    setText(state, `${p.kind} ${p.object}: ${duration(p.duration_s)} of ${duration(p.time_limit_s)}, ${p.samples} samples, `
+    const known = p.completion !== undefined; // not of an earlier run of the daemon
+    progress.hidden = !known;
+    progress.value = String(p.completion ?? 0);
+    setText(state, !known ? `${p.kind} ${p.object}: of an earlier run of hapticd, of which no numbers are kept`
+      : `${p.kind} ${p.object}: ${duration(p.duration_s)} of ${duration(p.time_limit_s)}, ${p.samples} samples, `
       + `${p.steady ? 'steady' : 'not steady yet'}, ${p.certain ? 'certain' : 'not certain yet'}${p.residual !== undefined ? `, residual ${num(100 * p.residual, '%', 1)}` : ''}`);
     fill(missing, [...p.missing.map((text) => 'missing: ' + text), ...p.remarks].map((text) => el('li', {}, text)));
     fill(problem, p.problem ? errorBox({message: p.problem.what, detail: p.problem}) : null);
@@ -102,7 +105,7 @@ export function show(place, {rig}) {
       const {identifications} = await rpc('IdentificationService/ListIdentifications');
       if (gone) return;
       fill(past, identifications.length ? table(['what', 'end', unseen('actions')], identifications.slice(-12).reverse().map((one) => [`${one.kind} ${one.object}`,
-        word(one.state, 'IDENTIFICATION_STATE_'), el('button', {type: 'button', onclick: () => watch(one.identification)}, 'show')])) : el('p', {class: 'muted'}, 'None since the daemon started.'));
+        word(one.state, 'IDENTIFICATION_STATE_'), el('button', {type: 'button', onclick: () => watch(one.identification)}, 'show')])) : el('p', {class: 'muted'}, 'None yet.'));
       const running = identifications.find((one) => one.state === 'IDENTIFICATION_STATE_RUNNING');
       if (running && !id) watch(running.identification);
     } catch (error) {

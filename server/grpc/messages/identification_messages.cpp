@@ -192,14 +192,18 @@ Outcome<RecordingDescription> read_description(const v1::RecordingDescription& m
 }
 
 void fill(const IdentificationReport& report, v1::IdentificationProgress& message) {
-  const identification::IdentificationProgress& progress = report.progress;
   message.set_identification(report.id);
   message.set_kind(report.kind);
   message.set_object(report.object);
   message.set_recording(report.recording);
   message.set_state(state_of(report.state));
-  message.set_duration_s(progress.duration_s);
+  message.set_model(report.model);
+  if (report.problem) *message.mutable_problem() = to_detail(*report.problem);
+  if (report.is_of_earlier_run) return;
   message.set_time_limit_s(report.time_limit_s);
+  message.set_instruction(report.instruction);
+  const identification::IdentificationProgress& progress = report.progress;
+  message.set_duration_s(progress.duration_s);
   message.set_samples(progress.samples);
   for (const rt::EstimatedParameter& parameter : progress.parameters) {
     v1::EstimatedParameter& reported = *message.add_parameters();
@@ -230,11 +234,8 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
   message.set_steady(progress.steady);
   message.set_certain(progress.certain);
   message.set_completion(progress.completion);
-  message.set_instruction(report.instruction);
   for (const std::string& words : progress.missing) message.add_missing(repaired_utf8(words));
   for (const std::string& words : progress.remarks) message.add_remarks(repaired_utf8(words));
-  message.set_model(report.model);
-  if (report.problem) *message.mutable_problem() = to_detail(*report.problem);
 }
 
 }  // namespace hapticd::server

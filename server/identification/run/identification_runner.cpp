@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <utility>
 
 #include "hal/sim/object/phantom_body.h"
@@ -82,9 +81,9 @@ IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, 
     report.kind = one.kind;
     report.object = one.object;
     report.state = state_of(one.state);
+    report.is_of_earlier_run = true;
     report.model = one.model_hash;
     report.version = 1;
-    report.progress.residual = std::numeric_limits<double>::quiet_NaN();  // no longer known
     if (!one.problem.empty()) report.problem = hal::Error{one.problem, "", "", "", ""};
     started_ = std::max(started_, number_of(one.id));
     reports_.push_back(std::move(report));

@@ -46,6 +46,7 @@ struct IdentificationReport {
   std::string object;
   std::string recording;
   IdentificationState state = IdentificationState::kRunning;
+  bool is_of_earlier_run = false;  ///< of the daemon: time limit, progress and instruction are not known
   double time_limit_s = 0.0;
   identification::IdentificationProgress progress;
   std::string instruction;

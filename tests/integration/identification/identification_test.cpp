@@ -357,7 +357,12 @@ TEST(ServiceIdentification, TheNextRunOfTheDaemonRemembersWhatEnded) {
   ASSERT_TRUE(service.stub->ListIdentifications(call_context().get(), {}, &list).ok());
   ASSERT_EQ(list.identifications_size(), 1);
   EXPECT_EQ(list.identifications(0).identification(), id);
-  EXPECT_EQ(list.identifications(0).state(), v1::IDENTIFICATION_STATE_CANCELLED);
+  const v1::IdentificationProgress& earlier = list.identifications(0);
+  EXPECT_EQ(earlier.state(), v1::IDENTIFICATION_STATE_CANCELLED);
+  // What is not kept is absent, and not 0.
+  EXPECT_FALSE(earlier.has_duration_s() || earlier.has_time_limit_s() || earlier.has_samples());
+  EXPECT_FALSE(earlier.has_completion() || earlier.has_steady() || earlier.has_certain());
+  EXPECT_FALSE(earlier.has_residual());
   std::string next;
   ASSERT_TRUE(service.start(contact("mine"), &next).ok());
   EXPECT_EQ(next, "contact-2");

@@ -10,6 +10,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/identify/identify_task.h"
+#include "client/cli/identify/identify_view.h"
 #include "tests/unit/client/identify/identify_fake_service.h"
 
 namespace hapticd::cli {
@@ -327,6 +328,15 @@ TEST(IdentifySession, ListShowsNoNumbersOfEarlierRunsOfTheDaemon) {
   EXPECT_TRUE(holds(outcome.output, "contact-3")) << outcome.output;
   EXPECT_FALSE(holds(outcome.output, "0 %")) << outcome.output;
   EXPECT_FALSE(holds(outcome.output, "0.0")) << outcome.output;
+  for (const bool live : {false, true}) {
+    std::string all;
+    if (live) {
+      for (const auto& line : identify_frame(earlier, "", {})) all += line + "\n";
+    } else {
+      for (const auto& line : identify_report(earlier, false, {})) all += line + "\n";
+    }
+    EXPECT_FALSE(holds(all, "steady") || holds(all, "0 samples") || holds(all, "0 %")) << all;
+  }
 }
 
 TEST(IdentifySession, FitAndCoverageAreDrawnAtTheEnd) {
