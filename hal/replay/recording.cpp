@@ -1,7 +1,6 @@
 #include "hal/replay/recording.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <numeric>
@@ -30,7 +29,27 @@ double median_step(const std::vector<double>& time_s) {
   return *middle;
 }
 
+/// A force that grows older by as much as the time goes on is the same one; but for what is lost in writing.
+constexpr double kSilentShare = 0.99;
+
+/// Column in which hapticd records it: a tick that came late is a long step, too, but its force is not old.
+ColumnRole role_of_force_age() {
+  return {.name = "force age", .quantity = Quantity::kTime, .stems = {"sample_force_age"}};
+}
+
 }  // namespace
+
+double Recording::silence_s(std::size_t row, double since_row_s) const noexcept {
+  if (force_age_s.empty()) {
+    const double step_s = time_s[row + 1] - time_s[row];
+    return since_row_s < step_s && step_s > kGapSteps * median_step_s ? since_row_s : 0.0;
+  }
+  const std::size_t next = since_row_s > 0.0 ? row + 1 : row;
+  if (next == 0) return 0.0;
+  const double step_s = time_s[next] - time_s[next - 1];
+  const double older_by_s = force_age_s[next] - force_age_s[next - 1];
+  return older_by_s > kSilentShare * step_s ? force_age_s[row] + since_row_s : 0.0;
+}
 
 hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns,
                                       const CsvFormat& format) {
@@ -47,7 +66,14 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
 
   Recording recording;
   double start_s = 0.0;
-  const std::array<std::size_t, 3> indices{time->index, force->index, position->index};
+  std::vector<std::size_t> indices{time->index, force->index, position->index};
+  double age_factor = 0.0;
+  if (const ColumnRole role = role_of_force_age(); is_recognised(role, file->columns())) {
+    const auto age = select_column({}, role, file->columns(), file->place());
+    if (!age) return age.error();
+    indices.push_back(age->index);
+    age_factor = age->factor;
+  }
   const auto take = [&](std::size_t line, std::span<const double> cells) -> std::optional<hal::Error> {
     const double now_s = cells[0] * time->factor;
     if (recording.time_s.empty()) start_s = now_s;
@@ -66,6 +92,7 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
     recording.time_s.push_back(since_start_s);
     recording.force_n.push_back(cells[1] * force->factor);
     recording.depth_mm.push_back(cells[2] * position->factor);
+    if (age_factor > 0.0) recording.force_age_s.push_back(std::clamp(cells[3] * age_factor, 0.0, kMaxS));
     if (!std::isfinite(recording.force_n.back()) || !std::isfinite(recording.depth_mm.back())) {
       return hal::Error{.what = "the scaled force or position is not finite",
                         .where = file->place(line),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,11 +23,14 @@ struct Recording {
   std::vector<double> time_s;
   std::vector<double> force_n;
   std::vector<double> depth_mm;
+  /// Age of the newest force sample at each row; empty if the file does not say.
+  std::vector<double> force_age_s;
   double median_step_s = 0.0;
 
   double duration_s() const noexcept { return time_s.back(); }
-  /// Longest step that is not a gap: in a longer one the sensor sent nothing, so values are not interpolated.
-  double longest_step_s() const noexcept { return kGapSteps * median_step_s; }
+  /// How long the sensor had sent nothing at a time after `row`, before the next one; 0 if it sends. As the
+  /// file says. If it does not, a step of more than kGapSteps times the median one is silence.
+  double silence_s(std::size_t row, double since_row_s) const noexcept;
 
   static constexpr double kGapSteps = 5.0;
 };

@@ -74,14 +74,16 @@ void ReplayRig::State::play(std::uint64_t pass_tick, hal::RigSample& sample) noe
   const double since_row_s = now_s - time_s[row];
   const double fraction = std::min(since_row_s / step_s, 1.0);
   const bool after_end = pass_tick >= ticks_per_pass;
-  const bool in_gap = step_s > recording.longest_step_s() && fraction > 0.0 && fraction < 1.0;
+  const double silence_s = after_end ? now_s - time_s.back() : recording.silence_s(row, since_row_s);
+  const bool is_silent = after_end || silence_s > 0.0;
 
   sample.tip_position_mm.z = -std::lerp(recording.depth_mm[row], recording.depth_mm[row + 1], fraction);
-  sample.sensor_force_n.z = in_gap ? recording.force_n[row]
-                                   : std::lerp(recording.force_n[row], recording.force_n[row + 1], fraction);
-  if (in_gap || after_end) {
+  sample.sensor_force_n.z = is_silent && !after_end
+                                ? recording.force_n[row]
+                                : std::lerp(recording.force_n[row], recording.force_n[row + 1], fraction);
+  if (is_silent) {
     sample.status |= hal::sample_status::kForceMissing;
-    sample.force_age_ns = in_ns(after_end ? now_s - time_s.back() : since_row_s);
+    sample.force_age_ns = in_ns(silence_s);
   } else {
     sample.force_count = 1;
   }

@@ -29,9 +29,10 @@ struct ReplayConfig {
 /// rendered, not what the user would have felt. The press axis is -z: depth d is presented as tip position
 /// z = -d.
 ///
-/// A step in time of more than five times the median step is a gap: through it the last force is held, every
-/// tick carries sample_status::kForceMissing and a growing force_age_ns, exactly as when a sensor falls
-/// silent, and a guard that watches the age latches. The same holds when reading goes on after the end.
+/// The last force is held while the sensor was silent, by the ages of its force in the file. In a file
+/// without them a step in time of more than five times the median step is such a gap. Through it every tick
+/// carries sample_status::kForceMissing and a growing force_age_ns, exactly as when a sensor falls silent,
+/// and a guard that watches the age latches. The same holds when reading goes on after the end.
 class ReplayRig final : public hal::Rig {
  public:
   /// Reads and checks the whole file: missing or unknown column or unit, non-finite or non-numeric cell (with

@@ -77,6 +77,38 @@ TEST(ReplayRig, ShowsAGapAsASilentSensor) {
   }
 }
 
+// A recording of the daemon on a machine that was busy: a tick came 100 ms late, with a force of that
+// instant.
+TEST(ReplayRig, TakesALateTickForNoSilentSensor) {
+  const ReplayFile file(
+      "time_s,force_N,depth_mm,sample_force_age_ms\n0,0.1,0,0.2\n0.01,0.1,0,0.1\n0.02,0.2,0,0.2\n"
+      "0.03,0.3,0,0.1\n0.13,0.9,10,0.2\n0.14,0.9,10,0.1\n");
+  const auto samples = all_samples(*open(file));
+  ASSERT_EQ(samples.size(), 141U);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_EQ(samples[i].status, 0U) << i;
+    EXPECT_EQ(samples[i].force_age_ns, 0) << i;
+  }
+  EXPECT_NEAR(samples[80].sensor_force_n.z, 0.6, 1e-9);
+}
+
+// A sensor fell silent, and the loop went on: its rows repeat the last force.
+TEST(ReplayRig, ShowsARecordedSilenceAsItWas) {
+  const ReplayFile file(
+      "time_s,force_N,depth_mm,sample_force_age_ms\n0,0.1,0,0\n0.01,0.3,0,0\n0.02,0.3,0,10\n"
+      "0.03,0.3,0,20\n0.04,0.5,0,0\n0.05,0.5,0,0\n");
+  const auto samples = all_samples(*open(file));
+  ASSERT_EQ(samples.size(), 51U);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const bool is_silent = i > 10 && i <= 30;
+    EXPECT_EQ(samples[i].status, is_silent ? hal::sample_status::kForceMissing : 0U) << i;
+    EXPECT_NEAR(static_cast<double>(samples[i].force_age_ns),
+                is_silent ? 1e6 * static_cast<double>(i - 10) : 0.0, 1.0)
+        << i;
+    EXPECT_EQ(samples[i].force_count, is_silent ? 0U : 1U) << i;
+  }
+}
+
 TEST(ReplayRig, TakesTheFirstSecondsAsZeroForceOnlyWhenAsked) {
   const ReplayFile file("time_s,force_N,depth_mm\n0,0.01,0\n0.1,0.03,0\n0.2,1.02,1\n");
   EXPECT_DOUBLE_EQ(all_samples(*open(file)).front().sensor_force_n.z, 0.01);
