@@ -239,9 +239,11 @@ hal::Result<ArmFit> fit_arm(const RigStream& rig, const std::vector<ReferencePos
   const bool has_orientation = std::all_of(reference.begin(), reference.end(),
                                            [](const auto& p) { return p.orientation.has_value(); });
   std::vector<const ReferencePose*> seen;
-  for (const ReferencePose& pose : reference) seen.push_back(&pose);
+  const std::size_t stride = 1 + (reference.size() - 1) / settings.max_poses;
+  for (std::size_t i = 0; i < reference.size(); i += stride) seen.push_back(&reference[i]);
   const auto active = active_unknowns(settings.method, nominal.use, has_orientation, settings.clock_drifts);
-  Solved solved = solve_arm(rig, seen, *start, active);
+  Solved solved = solve_arm(rig, seen, *start, active, settings.given_up);
+  if (settings.given_up()) return fit_refusal("the fit was given up", "", "", "start again");
   if (settings.tip_in_marker_mm) {
     solved.state.arm.tip_offset_mm =
         solved.state.marker_mm + solved.state.tool_from_marker * *settings.tip_in_marker_mm;

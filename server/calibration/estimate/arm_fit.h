@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/lock/callback.h"
 #include "server/calibration/estimate/streams.h"
 #include "server/calibration/model/arm_calibration.h"
 
@@ -31,6 +32,9 @@ struct ArmFitSettings {
   /// is where the device has it.
   std::optional<Eigen::Vector3d> tip_in_marker_mm{};
   Eigen::Matrix3d tip_covariance_mm2 = Eigen::Matrix3d::Zero();
+  /// Number of poses that are fitted, evenly spaced if there are more: each takes 2 kB.
+  std::size_t max_poses = 30'000;
+  Callback<bool()> given_up = [] { return false; };  ///< asked often; a fit that is given up is refused
 };
 
 /// One parameter as found.

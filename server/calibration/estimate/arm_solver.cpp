@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <limits>
 
 #include "server/calibration/estimate/median.h"
 #include "server/linear_algebra/least_squares.h"
@@ -32,8 +33,9 @@ UnknownVector difference_steps() {
 
 class Solver {
  public:
-  Solver(const RigStream& rig, const ArmState& start, const std::array<bool, unknown::kCount>& active)
-      : rig_(rig) {
+  Solver(const RigStream& rig, const ArmState& start, const std::array<bool, unknown::kCount>& active,
+         const Callback<bool()>& given_up)
+      : rig_(rig), given_up_(given_up) {
     solved_.state = start;
     solved_.active = active;
     const UnknownVector sd = prior_sd();
@@ -55,7 +57,10 @@ class Solver {
                             linearise(state);
                             set_noise();
                             set_weights(final);
-                            return normal_equations(state);
+                            auto equations = normal_equations(state);
+                            // A descent ends with a cost that is not finite.
+                            if (given_up_()) equations.cost = std::numeric_limits<double>::quiet_NaN();
+                            return equations;
                           },
                           [&](const ArmState& state) { return cost_of(state); },
                           [](const ArmState& state, const UnknownVector& step) { return state.moved(step); },
@@ -73,6 +78,7 @@ class Solver {
     }
     for (int i = 0; i < unknown::kCount; ++i) {
       if (!solved_.active[static_cast<std::size_t>(i)]) continue;
+      if (given_up_()) return;
       UnknownVector step = UnknownVector::Zero();
       step[i] = h[i];
       const ArmState above = state.moved(step);
@@ -155,14 +161,15 @@ class Solver {
   }
 
   const RigStream& rig_;
+  const Callback<bool()>& given_up_;
   Solved solved_;
 };
 
 }  // namespace
 
 Solved solve_arm(const RigStream& rig, const std::vector<const ReferencePose*>& seen, const ArmState& start,
-                 const std::array<bool, unknown::kCount>& active) {
-  return Solver(rig, start, active).run(seen);
+                 const std::array<bool, unknown::kCount>& active, const Callback<bool()>& given_up) {
+  return Solver(rig, start, active, given_up).run(seen);
 }
 
 }  // namespace hapticd::calibration

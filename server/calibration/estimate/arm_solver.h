@@ -26,8 +26,9 @@ struct Solved {
   std::array<bool, unknown::kCount> active{};
 };
 
-/// Solves from a start that is near.
+/// Solves from a start that is near. Once it is given up, which it asks several times a step, what it returns
+/// is worth nothing.
 Solved solve_arm(const RigStream& rig, const std::vector<const ReferencePose*>& seen, const ArmState& start,
-                 const std::array<bool, unknown::kCount>& active);
+                 const std::array<bool, unknown::kCount>& active, const Callback<bool()>& given_up);
 
 }  // namespace hapticd::calibration

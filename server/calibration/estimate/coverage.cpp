@@ -23,12 +23,14 @@ void add_turns(const std::vector<ReferencePose>& reference, double required_deg,
                std::vector<CoverageItem>& items) {
   const ReferencePose* first = nullptr;
   std::array<std::vector<double>, 3> turns;
-  for (const ReferencePose& p : reference) {
+  const std::size_t stride = 1 + reference.size() / kMaxPosesLookedAt;
+  for (std::size_t i = 0; i < reference.size(); i += stride) {
+    const ReferencePose& p = reference[i];
     if (!p.orientation) continue;
     if (first == nullptr) first = &p;
     const Eigen::Vector3d turn =
         rt::kDegPerRad * rt::turn_of(first->orientation->conjugate() * *p.orientation);
-    for (std::size_t i = 0; i < 3; ++i) turns[i].push_back(turn[static_cast<Eigen::Index>(i)]);
+    for (std::size_t k = 0; k < 3; ++k) turns[k].push_back(turn[static_cast<Eigen::Index>(k)]);
   }
   std::array<double, 3> ranges{range_of(turns[0]), range_of(turns[1]), range_of(turns[2])};
   std::sort(ranges.begin(), ranges.end(), std::greater<>());

@@ -45,7 +45,7 @@ double tilt_deg(const std::vector<ReferencePose>& poses) {
 
 }  // namespace
 
-hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
+hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses, const Callback<bool()>& given_up) {
   if (poses.size() < kMinReferencePoses) {
     return tip_refusal("too few poses", std::to_string(poses.size()), "at least 40",
                        "turn the tool for longer");
@@ -76,6 +76,7 @@ hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
   linear_algebra::NormalEquations equations(6);
   double noise_mm = 1.0;
   for (int round = 0; round < 30; ++round) {
+    if (given_up()) return tip_refusal("the fit was given up", "", "", "start again");
     equations = linear_algebra::NormalEquations(6);
     for (std::size_t i = 0; i < poses.size(); ++i) equations.add(rows[i], poses[i].position_mm, weights[i]);
     x = linear_algebra::solve_scaled(equations.information, equations.right);

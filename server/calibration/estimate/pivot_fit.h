@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/lock/callback.h"
 #include "server/calibration/estimate/streams.h"
 
 namespace hapticd::calibration {
@@ -24,7 +25,9 @@ struct PivotFit {
 /// Finds the tip on the marker's body; the tip rests in a hollow while the tool turns about it: rotation ·
 /// tip + position = pivot for every pose. Linear least squares with Tukey's weights; the covariance grows
 /// with how much whole seconds agree. Refuses fewer than 40 poses, poses without orientation, a tool that
-/// turned too little (standard error above 0.5 mm) and a tip that slid.
-hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& reference);
+/// turned too little (standard error above 0.5 mm), a tip that slid, and a fit that was given up, which it
+/// asks in each round.
+hal::Result<PivotFit> fit_pivot(
+    const std::vector<ReferencePose>& reference, const Callback<bool()>& given_up = [] { return false; });
 
 }  // namespace hapticd::calibration

@@ -76,7 +76,7 @@ std::optional<double> correlation(const RigStream& rig, const std::vector<Speed>
 }  // namespace
 
 std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<ReferencePose>& reference,
-                                        double from_s, double to_s) {
+                                        double from_s, double to_s, const Callback<bool()>& given_up) {
   const std::vector<Speed> speeds = marker_speeds(reference);
   const std::size_t stride = 1 + speeds.size() / 600;
   // Searches first as coarsely as speeds of a hand allow, and over fewer speeds if there is much to search.
@@ -84,25 +84,25 @@ std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<
   const std::size_t coarsest = std::max<std::size_t>(stride, speeds.size() / kFewestSpeeds);
   std::optional<StreamOffset> best;
   const auto search = [&](double low_s, double high_s, double step_s, std::size_t every) {
-    for (double offset_s = low_s; offset_s <= high_s; offset_s += step_s) {
+    for (double offset_s = low_s; offset_s <= high_s && !given_up(); offset_s += step_s) {
       const auto value = correlation(rig, speeds, every, offset_s);
       if (value && (!best || *value > best->correlation)) best = StreamOffset{offset_s, *value};
     }
   };
   search(from_s, to_s, kCoarseStepS, std::min(stride * coarser, coarsest));
-  if (!best) return std::nullopt;
+  if (!best || given_up()) return std::nullopt;
   const double near_s = std::exchange(best, std::nullopt)->offset_s;
   search(near_s - 2.0 * kCoarseStepS, near_s + 2.0 * kCoarseStepS, kStepS, stride);
   return best;
 }
 
-std::optional<StreamOffset> find_any_offset(const RigStream& rig,
-                                            const std::vector<ReferencePose>& reference) {
+std::optional<StreamOffset> find_any_offset(const RigStream& rig, const std::vector<ReferencePose>& reference,
+                                            const Callback<bool()>& given_up) {
   if (rig.size() < 2 || reference.size() < 2) return std::nullopt;
   if (rig.end_s() - rig.begin_s() > kMaxSearchS) return std::nullopt;
   const double half_s = 0.5 * (reference.back().stamp_s - reference.front().stamp_s);
   return find_offset(rig, reference, reference.front().stamp_s - rig.end_s() + half_s,
-                     reference.back().stamp_s - rig.begin_s() - half_s);
+                     reference.back().stamp_s - rig.begin_s() - half_s, given_up);
 }
 
 }  // namespace hapticd::calibration

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "hal/lock/callback.h"
 #include "server/calibration/estimate/streams.h"
 
 namespace hapticd::calibration {
@@ -17,13 +18,15 @@ struct StreamOffset {
 inline constexpr double kMinCorrelation = 0.3;
 
 /// Offset at which the speeds of marker and tip are most alike, between the two offsets. Needs neither the
-/// frames nor the unit of the tracker. Nothing if too few poses fall together.
-std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<ReferencePose>& reference,
-                                        double from_s, double to_s);
+/// frames nor the unit of the tracker. Nothing if too few poses fall together, or once it is given up.
+std::optional<StreamOffset> find_offset(
+    const RigStream& rig, const std::vector<ReferencePose>& reference, double from_s, double to_s,
+    const Callback<bool()>& given_up = [] { return false; });
 
 /// Offset if nothing is known of the two clocks: over all offsets at which half of the tracker's poses fall
-/// into the rig's. Nothing if the rig's poses are of more than an hour.
-std::optional<StreamOffset> find_any_offset(const RigStream& rig,
-                                            const std::vector<ReferencePose>& reference);
+/// into the rig's. Nothing if the rig's poses are of more than an hour, or once it is given up.
+std::optional<StreamOffset> find_any_offset(
+    const RigStream& rig, const std::vector<ReferencePose>& reference,
+    const Callback<bool()>& given_up = [] { return false; });
 
 }  // namespace hapticd::calibration

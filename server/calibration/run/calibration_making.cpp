@@ -27,7 +27,7 @@ void bring_together(const calibration::RigStream& rig, std::vector<ReferencePose
                     const calibration::ArmFitSettings& settings) {
   constexpr double kMoreAlike = 0.1;  // of the correlation: not the same offset again, found by fewer speeds
   const auto usual = calibration::find_offset(rig, reference, settings.earliest_s, settings.latest_s);
-  const auto any = calibration::find_any_offset(rig, reference);
+  const auto any = calibration::find_any_offset(rig, reference, settings.given_up);
   if (!any || (usual && any->correlation < usual->correlation + kMoreAlike)) return;
   for (ReferencePose& pose : reference) pose.stamp_s -= any->offset_s;
 }
@@ -40,12 +40,13 @@ Outcome<StoredCalibration> CalibrationRunner::fit(const CalibrationRequest& requ
   const auto refused = [](const hal::Error& error) {
     return Refusal{RefusalKind::kFailedPrecondition, error};
   };
+  const Callback<bool()> given_up = [this] { return cancel_.load(); };
   StoredCalibration made;
   made.kind = request.kind;
   made.created = text::utc_text(std::time(nullptr) * std::int64_t{1'000'000'000});
   made.rig = session_.rig_info().name;
   if (request.kind == CalibrationKind::kTip) {
-    const auto pivot = calibration::fit_pivot(reference);
+    const auto pivot = calibration::fit_pivot(reference, given_up);
     if (!pivot) return refused(pivot.error());
     made.tip_in_marker_mm = pivot->tip_in_marker_mm;
     made.tip_covariance_mm2 = pivot->covariance_mm2;
@@ -58,6 +59,7 @@ Outcome<StoredCalibration> CalibrationRunner::fit(const CalibrationRequest& requ
   settings.method = request.kind == CalibrationKind::kRegistration ? calibration::FitMethod::kRigidLatency
                                                                    : calibration::FitMethod::kArm;
   settings.clock_drifts = request.own_clock;
+  settings.given_up = given_up;
   if (!request.tip_calibration.empty()) {
     const auto tip = store_.find(request.tip_calibration);
     if (!tip) return tip.refusal();

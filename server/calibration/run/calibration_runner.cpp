@@ -157,12 +157,15 @@ std::optional<Refusal> CalibrationRunner::push(const std::vector<ReferencePose>&
                    {"the rig's poses come from the rig", "PushReferencePosesRequest.rig_poses", "",
                     "none, but for a recorded calibration", "start it with recorded = true"}};
   }
-  if (reference_.size() + reference.size() > kMaxPoses || rig_.size() + rig.size() > 5 * kMaxPoses) {
-    return Refusal{
-        RefusalKind::kResourceExhausted,
-        {"too many poses", "PushReferencePoses", std::to_string(reference_.size() + reference.size()),
-         "200 000", "finish the calibration"}};
-  }
+  const auto too_many = [](const char* where, std::size_t count, std::size_t limit) {
+    return Refusal{RefusalKind::kResourceExhausted,
+                   {"too many poses", std::string("PushReferencePosesRequest.") + where,
+                    std::to_string(count), "at most " + std::to_string(limit), "finish the calibration"}};
+  };
+  if (const std::size_t count = reference_.size() + reference.size(); count > kMaxPoses)
+    return too_many("poses", count, kMaxPoses);
+  if (const std::size_t count = rig_.size() + rig.size(); count > kMaxRigPoses)
+    return too_many("rig_poses", count, kMaxRigPoses);
   for (const RigPose& pose : rig) {
     if (rig_.add(pose)) continue;
     return Refusal{
@@ -274,20 +277,14 @@ void CalibrationRunner::take_simulated_poses() {
 }
 
 void CalibrationRunner::look_at_motion(CalibrationKind kind) {
-  calibration::RigStream rig;
-  std::vector<ReferencePose> reference;
-  {
-    const MutexLock lock(mutex_);
-    rig = rig_;
-    reference = reference_;
-  }
-  auto items = calibration::coverage_of(kind, rig, reference);
   const MutexLock lock(mutex_);
-  report_.duration_s = kind == CalibrationKind::kTip && rig.size() < 2 && !reference.empty()
-                           ? reference.back().stamp_s - reference.front().stamp_s
-                           : rig.end_s() - rig.begin_s();
-  report_.rig_poses = rig.size();
-  report_.reference_poses = reference.size();
+  // Looks at some of them only: less work than to copy them all.
+  auto items = calibration::coverage_of(kind, rig_, reference_);
+  report_.duration_s = kind == CalibrationKind::kTip && rig_.size() < 2 && !reference_.empty()
+                           ? reference_.back().stamp_s - reference_.front().stamp_s
+                           : rig_.end_s() - rig_.begin_s();
+  report_.rig_poses = rig_.size();
+  report_.reference_poses = reference_.size();
   report_.completion = std::max(report_.completion, calibration::completion_of(items));
   const auto lacking = std::find_if(items.begin(), items.end(), [](const auto& i) { return !i.enough(); });
   report_.instruction =
@@ -343,8 +340,8 @@ Outcome<CalibrationState> CalibrationRunner::conclude(const CalibrationRequest& 
     report_.state = CalibrationState::kFitting;
     report_.instruction = "computing";
     ++report_.version;
-    rig = rig_;
-    reference = reference_;
+    rig = std::exchange(rig_, {});
+    reference = std::exchange(reference_, {});
     // Its own clock is brought to the rig's, but for what the fit finds: as if the quickest pose took no
     // time.
     if (request.own_clock && !request.recorded) {
@@ -387,6 +384,8 @@ void CalibrationRunner::perform(const CalibrationRequest& request) {
     end = conclude(request);
   }
   const MutexLock lock(mutex_);
+  rig_ = {};
+  reference_ = std::vector<ReferencePose>();  // with its memory
   report_.state = end ? *end : CalibrationState::kFailed;
   if (!end) report_.problem = end.refusal().error;
   if (report_.state == CalibrationState::kCancelled) report_.problem = lost_control_;

@@ -53,7 +53,8 @@ struct CalibrationReport {
 /// nothing of it. Any thread may call.
 class CalibrationRunner {
  public:
-  static constexpr std::size_t kMaxPoses = 200'000;
+  static constexpr std::size_t kMaxPoses = 200'000;     ///< of the tracker
+  static constexpr std::size_t kMaxRigPoses = 500'000;  ///< the longest calibration has 450 000
 
   CalibrationRunner(Session& session, TelemetryHub& hub, CalibrationStore& store)
       : session_(session), hub_(hub), store_(store) {}
@@ -72,6 +73,7 @@ class CalibrationRunner {
                               const std::vector<calibration::RigPose>& rig);
   /// Fits what there is, and waits until that is over.
   Outcome<CalibrationReport> finish(const Caller& caller);
+  /// Ends it, also while it is fitted, and waits until that is over.
   Outcome<CalibrationReport> cancel(const Caller& caller);
   Outcome<CalibrationReport> report(const std::string& id, std::uint64_t newer_than, const Caller& caller);
   CalibrationStore& store() { return store_; }

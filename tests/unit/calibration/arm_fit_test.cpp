@@ -56,6 +56,25 @@ TEST(NominalArm, AnglesThatDescribeNoArmAreNotUsed) {
   EXPECT_EQ(find_nominal_arm(poses).arm.use, rt::AngleUse::kNone);
 }
 
+TEST(ArmFit, EndsSoonOnceItIsGivenUp) {
+  int asked = 0;
+  ArmFitSettings settings;
+  settings.given_up = [&asked] { return ++asked > 3; };
+  const auto fit = fit_arm(trial().rig, trial().reference, nominal().arm, settings);
+  ASSERT_FALSE(fit);
+  EXPECT_EQ(fit.error().what, "the fit was given up");
+  EXPECT_LT(asked, 10) << "no more than once in each of its loops";
+}
+
+TEST(ArmFit, FitsEvenlySpacedOnesOfManyPoses) {
+  ArmFitSettings settings;
+  settings.max_poses = trial().reference.size() / 2;
+  const auto fit = test::value_of(fit_arm(trial().rig, trial().reference, nominal().arm, settings));
+  EXPECT_LE(fit.poses, settings.max_poses);
+  EXPECT_GT(fit.poses, settings.max_poses / 2);
+  EXPECT_NEAR(fit.latency_s, trial().latency_s, 1e-3);
+}
+
 TEST(ArmFit, FindsTheTipOnMotionItDidNotSee) {
   const auto fit = test::value_of(fit_arm(trial().rig, trial().reference, nominal().arm, {}));
   const study::TargetErrors errors = study::judge(trial(), fit);

@@ -67,5 +67,13 @@ TEST(PivotFit, RefusesTooFewPoses) {
   EXPECT_FALSE(fit_pivot(poses));
 }
 
+TEST(PivotFit, EndsSoonOnceItIsGivenUp) {
+  int asked = 0;
+  const auto fit = fit_pivot(pivoted(0.5, 0.3, 0.05), [&asked] { return ++asked > 3; });
+  ASSERT_FALSE(fit);
+  EXPECT_EQ(fit.error().what, "the fit was given up");
+  EXPECT_EQ(asked, 4);
+}
+
 }  // namespace
 }  // namespace hapticd::calibration
