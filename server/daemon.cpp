@@ -348,7 +348,7 @@ std::uint16_t Daemon::metrics_port() const {
   return parts_->metrics ? parts_->metrics->port() : 0;
 }
 
-void Daemon::shutdown() {
+void Daemon::stop() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
   // it, then the loop ends.
@@ -366,9 +366,14 @@ void Daemon::shutdown() {
   parts_->flight.shutdown();
   parts_->poses.stop();
   parts_->hub.stop();
+  if (parts_->marker) parts_->marker->end_cleanly();
+}
+
+void Daemon::shutdown() {
+  stop();
+  if (!parts_->stops) return;
   parts_->network->shutdown(kShutdownTimeout);
   parts_->stops.reset();
-  if (parts_->marker) parts_->marker->end_cleanly();
   log_info("shut down");
 }
 

@@ -40,7 +40,10 @@ class Daemon {
   std::uint16_t tls_port() const;
   /// Port of metrics; 0 if they are off.
   std::uint16_t metrics_port() const;
-  /// Shuts down: zero force first; then streams end, waiting calls are ended, and the sockets close.
+  /// Takes the force off and ends all but the network: what is recorded is written, streams and waiting calls
+  /// are ended, the state is that of a clean end.
+  void stop();
+  /// Stops, and closes the network.
   void shutdown();
 
  private:

@@ -1,6 +1,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -15,6 +16,7 @@
 #include "server/daemon.h"
 #include "server/model/store/default_model_store.h"
 #include "server/process/crash_guard.h"
+#include "server/process/end_limit.h"
 #include "server/process/ending_signals.h"
 #include "server/process/log.h"
 #include "server/process/memory_budget.h"
@@ -39,6 +41,9 @@ void raise_descriptor_limit() {
   if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
     server::log_warning("the limit of open files could not be raised");
 }
+
+/// Time for the network to end, which usually takes one second at most.
+constexpr std::chrono::seconds kNetworkEnd{3};
 
 /// Descriptors that the thread that stops needs at least, to wait for its connections.
 constexpr rlim_t kMinDescriptors = 256;
@@ -130,6 +135,8 @@ int run(int argc, char** argv) {
 
   server::log_info(server::name_of_signal(server::await_ending_signal()) + ": shutting down");
   server::notify_stopping();
+  daemon->stop();
+  server::end_within(kNetworkEnd);
   daemon->shutdown();
   return static_cast<int>(ExitCode::kClean);
 }

@@ -195,6 +195,21 @@ TEST(ServiceProcess, RefusesASecondDaemonOnTheUnixSocketAndTakesOverFromADeadOne
       v1::RigService::NewStub(connect("unix:" + socket))->GetRigInfo(call_context().get(), {}, &info).ok());
 }
 
+// The network may not end: by then the force is off and what a clean end leaves is there.
+TEST(ServiceProcess, LeavesTheNetworkForTheEnd) {
+  const TemporaryFolder state;
+  server::DaemonConfig config = quiet_config();
+  config.state_folder = state.path();
+  const RunningService service(config);
+  service.await([](const v1::RigState& s) { return s.tick() > 10; });
+  EXPECT_TRUE(std::filesystem::exists(state.path("running")));
+  service.daemon->stop();
+  EXPECT_FALSE(std::filesystem::exists(state.path("running")));
+  const std::uint64_t last = service.state().tick();
+  EXPECT_EQ(service.state().tick(), last) << "the loop has ended, and the network answers";
+  service.daemon->shutdown();
+}
+
 TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
   const TemporaryFolder folder;
   expect_ended(run({"--lisen", "127.0.0.1:0"}), 2,

@@ -1,0 +1,25 @@
+#include "server/process/end_limit.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include "server/process/ending_signals.h"
+
+namespace hapticd::server {
+namespace {
+
+// As the daemon is once it has been told to end: all signals that end it are held back, and gRPC waits.
+TEST(EndLimit, EndsAProcessThatDoesNot) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        hold_back_ending_signals();
+        end_within(std::chrono::milliseconds(20));
+        for (;;) pause();
+      },
+      testing::ExitedWithCode(0), "did not end in time");
+}
+
+}  // namespace
+}  // namespace hapticd::server
