@@ -67,10 +67,14 @@ class Trial {
   std::size_t count() const { return run_.records().size(); }
   std::size_t place_of(std::uint64_t tick) const { return run_.place_of(tick); }
 
+  /// For each period that passed: a tick that is late on a busy machine has a ramp's steps of several.
   double largest_step(std::size_t from, std::size_t to) const {
+    constexpr double kPeriodNs = 1e6;
     double largest = 0.0;
     for (std::size_t i = std::max<std::size_t>(from, 1); i < std::min(to, count()); ++i) {
-      largest = std::max(largest, magnitude(at(i).device_command_n - at(i - 1).device_command_n));
+      const double periods = static_cast<double>(at(i).time_ns - at(i - 1).time_ns) / kPeriodNs;
+      const double step_n = magnitude(at(i).device_command_n - at(i - 1).device_command_n);
+      largest = std::max(largest, step_n / std::max(1.0, periods));
     }
     return largest;
   }

@@ -42,7 +42,7 @@ struct FaultTrial {
   std::optional<int> status_ticks_to_zero;  ///< the same from the first sample that said so in its status
   std::optional<int> device_ticks_to_zero;  ///< of the force at the device itself
   double force_before_n = 0.0;
-  double step_before_n = 0.0;  ///< largest change from tick to tick in the contact before the fault
+  double step_before_n = 0.0;  ///< largest change in a period in the contact before the fault
   std::optional<bool> refused_while_it_lasted;
   double recovery_step_n = 0.0;  ///< the same from the clear, or the end of the fault, until 0.2 s after all
                                  ///< of it is given again; for a warning, from its begin

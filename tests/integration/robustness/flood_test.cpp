@@ -331,11 +331,14 @@ TEST(Flood, OfUnreadAnswersLeavesThreadsToOthers) {
       << "there is none, but it was asked: " << halt.error_message();
   // A console may call for others.
   const auto other = v1::RigService::NewStub(connect("unix:" + folder.path("sock")));
-  const auto on_behalf = call_context();
-  on_behalf->AddMetadata("hapticd-on-behalf-of", "user:nobody");
-  v1::RigState state;
-  const grpc::Status reads = other->GetRigState(on_behalf.get(), {}, &state);
-  EXPECT_TRUE(reads.ok()) << reads.error_message();
+  grpc::Status reads;
+  EXPECT_TRUE(eventually([&] {
+    const auto on_behalf = call_context();
+    on_behalf->AddMetadata("hapticd-on-behalf-of", "user:nobody");
+    v1::RigState state;
+    reads = other->GetRigState(on_behalf.get(), {}, &state);
+    return reads.ok();
+  })) << reads.error_message();
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(), 0) << daemon.errors();
 }
