@@ -190,17 +190,12 @@ void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
   const double goes_on_s = is_sure || unloaded_s_ <= kFreeAirFromS ? 0.0 : unloaded_s_ + interval_s_;
   unloaded_s_ = std::max(load_.unloaded_s(), goes_on_s);
   double allowed_n = limits_.max_force_n;
-  const bool is_pushed = unloaded_s_ > kFreeAirFromS && rendered_n_ > 0.0;
-  if (!is_pushed) pushed_s_ = 0.0;
-  if (rendered_n_ > kPushN && is_pushed) pushed_s_ += interval_s_;
   if (unloaded_s_ > kFreeAirFromS) {
     const double share = (kFreeAirS - unloaded_s_) / (kFreeAirS - kFreeAirFromS);
-    const double left = std::clamp(2.0 - pushed_s_ / kPushedS, 0.0, 1.0);
-    allowed_n = std::max(kFreeAirN * left, loaded_n_ * share);
+    allowed_n = std::max(kFreeAirN, loaded_n_ * share);
   }
   if (load_.is_suspected()) allowed_n = std::min(allowed_n, std::max(kFreeAirN, rendered_n_));
-  const bool is_shown = load_.unloaded_s() < kShownS;
-  const double rise_n = is_sure && is_shown ? kLoadRiseNPerS * rise_interval_s() : 0.0;
+  const double rise_n = is_sure ? kLoadRiseNPerS * rise_interval_s() : 0.0;
   allowed_n_ = std::min(allowed_n, allowed_n_ + rise_n);
 }
 
@@ -211,7 +206,7 @@ bool Guard::is_load_sure() noexcept {
   } else {
     back_s_ = std::min(back_s_ + interval_s_, kBackS);
   }
-  return back_s_ >= kBackS || (gone_s_ > kBackWithinS && back_s_ >= kSeenTwiceS);
+  return back_s_ >= kBackS || gone_s_ > kBackWithinS;
 }
 
 double Guard::max_in_free_air_n() const noexcept {

@@ -63,11 +63,7 @@ class [[nodiscard]] Admission {
 ///
 ///   no load for 14 ms         kFreeAirN at most. From 5 ms on the bound comes down from the force
 ///                             before, so that nothing is cut off in a hand; it is there 20 ms after the
-///                             contact. Once it comes down it goes on to do so until a load is sure, as
-///                             below.
-///   and pushed for kPushedS   falls from kFreeAirN to kPushN within kPushedS: what a wrong zero leaves of a
-///   contact
-///                             ends, while the first 0.25 s of a soft touch are felt before its load shows.
+///                             contact. Once it comes down it goes on to do so until a load is sure, as below.
 ///   a jump is suspected       no more than kFreeAirN, or than there was before. This bound and the one above
 ///                             rise again by kLoadRiseNPerS; within kBackWithinS after a load, when the arm
 ///                             may swing, once the load has been back for kBackS: then it is sure.
@@ -95,21 +91,14 @@ class Guard {
   /// Time after the last load that was seen at which the bound has come down: what is seen is late by some
   /// milliseconds, and all together takes no more than 20 ms.
   static constexpr double kFreeAirS = 0.014;
-  /// Time for which more than kPushN may be given while the sensor bears nothing.
-  static constexpr double kPushedS = 0.25;
-  static constexpr double kPushN = 0.03;
   static constexpr double kProvenRiseS = 0.05;
   /// Rate at which the bound rises with a load: a load that is seen late makes no step in the hand.
   static constexpr double kLoadRiseNPerS = 250.0;
-  /// Time without a load after which it has gone; that for which it must be back until the bound rises, if it
-  /// comes back within kBackWithinS: an arm that swings shows one for less.
+  /// Time without a load after which it has gone; that for which it must be back until the bound rises, if it comes
+  /// back within kBackWithinS: an arm that swings shows one for less.
   static constexpr double kGoneS = 0.002;
   static constexpr double kBackS = 0.01;
   static constexpr double kBackWithinS = 0.1;
-  /// Longest time since a load was seen for which it still is; that after which it was seen twice. One that
-  /// is seen once may be noise.
-  static constexpr double kShownS = 0.9e-3;
-  static constexpr double kSeenTwiceS = 1.5e-3;
   /// Time after the last load that was seen at which the bound begins to come down.
   static constexpr double kFreeAirFromS = 0.005;
 
@@ -180,8 +169,8 @@ class Guard {
   double interval_s_;  ///< see interval_s()
   GuardState state_ = GuardState::kRendering;
   GuardFault fault_ = GuardFault::kNone;
-  FaultSet present_ = 0;   ///< in the last sample
-  FaultSet raised_ = 0;    ///< since the last release
+  FaultSet present_ = 0;  ///< in the last sample
+  FaultSet raised_ = 0;   ///< since the last release
   FaultSet reported_ = 0;  ///< with it: present and raised
   std::uint8_t limited_ = 0;
   FaultSet standing_ = 0;
@@ -191,13 +180,12 @@ class Guard {
   hal::Vector3 last_force_n_;
   LoadWatch load_;
   hal::Vector3 wanted_n_;
-  double rendered_n_ = 0.0;       ///< of a pipeline, magnitude in the last tick
-  double proven_share_ = 0.0;     ///< since the zero is proven
-  double loaded_n_ = 0.0;         ///< its size when a load was seen last
-  double unloaded_s_ = 0.0;       ///< since a load was seen that is sure to be one, from kFreeAirFromS on
-  double gone_s_ = 0.0;           ///< how long there was no load, before this one if there is
-  double back_s_ = 0.0;           ///< how long it has been there since, up to kBackS
-  double pushed_s_ = 0.0;         ///< with more than kPushN since a load was seen
+  double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
+  double proven_share_ = 0.0;  ///< since the zero is proven
+  double loaded_n_ = 0.0;      ///< its size when a load was seen last
+  double unloaded_s_ = 0.0;    ///< since a load was seen that is sure to be one, from kFreeAirFromS on
+  double gone_s_ = 0.0;        ///< how long there was no load, before this one if there is
+  double back_s_ = 0.0;        ///< how long it has been there since, up to kBackS
   double allowed_n_ = kFreeAirN;  ///< by the load and by what is suspected
   PushSpeed speed_;
   OscillationMonitor oscillation_;

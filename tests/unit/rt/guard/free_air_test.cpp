@@ -77,32 +77,6 @@ TEST(FreeAir, APipelineThatWantsTheWorstGetsThreeTenthsOfANewton) {
   }
 }
 
-TEST(FreeAir, WhatPushesForLongAgainstNothingIsLetDown) {
-  WatchedTool tool;
-  tool.settle();
-  Guard guard(modulating(), 1000.0);
-  const auto pass = [&] {
-    tool.tick();
-    return norm(guard.release(guard.admit(tool.sample), {0.0, 0.0, 8.0}, 0));
-  };
-  tool.wave();
-  for (int i = 0; i < 1000; ++i) pass();
-  EXPECT_LE(pass(), Guard::kPushN + 1e-12);
-  // What is touched is felt again at once, and so is the beginning of the next touch.
-  tool.rest();
-  for (int i = 0; i < 100; ++i) {
-    tool.offset_mm.z -= 0.01;
-    tool.load_n.z += 0.01;
-    pass();
-  }
-  EXPECT_NEAR(pass(), 8.0, 1e-9);
-  tool.load_n = {};
-  for (int i = 0; i < 50; ++i) pass();
-  EXPECT_NEAR(pass(), Guard::kFreeAirN, 1e-12) << "for a while";
-  for (int i = 0; i < 500; ++i) pass();
-  EXPECT_LE(pass(), Guard::kPushN + 1e-12);
-}
-
 // What an arm shows that swings after a load ends neither the fall of the bound nor the next one's beginning.
 TEST(FreeAir, TheBoundComesDownUntilALoadIsSure) {
   WatchedTool tool;
