@@ -67,7 +67,7 @@ class Trial {
   std::size_t count() const { return run_.records().size(); }
   std::size_t place_of(std::uint64_t tick) const { return run_.place_of(tick); }
 
-  /// For each period that passed: a tick that is late on a busy machine has a ramp's steps of several.
+  /// Largest change of the force in a period. A tick that is late on a busy machine has the steps of several.
   double largest_step(std::size_t from, std::size_t to) const {
     constexpr double kPeriodNs = 1e6;
     double largest = 0.0;
