@@ -20,8 +20,8 @@ inline std::vector<std::string> long_options(const CLI::App& command) {
   return names;
 }
 
-/// What a program without commands prints of a wrong command line, as a CLI::App takes it: of an
-/// option that does not exist also the one that was probably meant.
+/// Returns what a program without commands prints about a wrong command line, in the form that CLI::App asks for.
+/// If an option does not exist, it suggests the one that was probably meant.
 inline std::string usage_message(const CLI::App* app, const CLI::Error& error) {
   const std::vector<std::string> unknown = app->remaining();
   if (unknown.empty() || !unknown.front().starts_with('-')) return CLI::FailureMessage::simple(app, error);

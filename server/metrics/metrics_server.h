@@ -18,7 +18,7 @@ namespace hapticd::server {
 
 /// Answers GET /metrics, on one thread. Each answer is made from copies: the loop notices nothing. A
 /// connection has so much time for its request and to take the answer. There are kMaxConnections of them,
-/// shared by clients (addresses) as in fair_places.h: those that are slow keep nobody out.
+/// shared by clients (addresses) as in fair_places.h: slow ones do not keep others out.
 class MetricsServer {
  public:
   using Figures = std::function<RigFigures()>;

@@ -1,7 +1,6 @@
-// What ThreadSanitizer must know of gRPC, which is not instrumented. A program that has these functions calls
-// them instead of those of gRPC's and Abseil's libraries; each calls the one it takes the place of and says
-// what happens before what. Linked only under ThreadSanitizer, for gRPC 1.51 and Abseil 20220623 of
-// Debian 12.
+// These functions tell ThreadSanitizer what happens before what in gRPC, which is not instrumented. A program that has
+// them calls them instead of those of gRPC's and Abseil's libraries, and each calls the one whose place it takes. They are
+// linked only under ThreadSanitizer, for gRPC 1.51 and Abseil 20220623 of Debian 12.
 #include <absl/status/status.h>
 #include <absl/synchronization/mutex.h>
 #include <dlfcn.h>

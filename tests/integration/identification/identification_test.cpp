@@ -359,7 +359,7 @@ TEST(ServiceIdentification, TheNextRunOfTheDaemonRemembersWhatEnded) {
   EXPECT_EQ(list.identifications(0).identification(), id);
   const v1::IdentificationProgress& earlier = list.identifications(0);
   EXPECT_EQ(earlier.state(), v1::IDENTIFICATION_STATE_CANCELLED);
-  // What is not kept is absent, and not 0.
+  // Figures that are not kept are absent; they are not 0.
   EXPECT_FALSE(earlier.has_duration_s() || earlier.has_time_limit_s() || earlier.has_samples());
   EXPECT_FALSE(earlier.has_completion() || earlier.has_steady() || earlier.has_certain());
   EXPECT_FALSE(earlier.has_residual());

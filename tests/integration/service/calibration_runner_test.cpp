@@ -11,49 +11,51 @@
 namespace hapticd::server {
 namespace {
 
-TEST(CalibrationRunner, ReportsNoneThatHasNoThread) {
-  Session session(std::move(*sim::SimulatedRig::create({})), hapticd::test::quiet_loop());
-  TelemetryHub hub(session.engine());
-  CalibrationStore store("", "rig");
-  CalibrationRunner runner(session, hub, store);
-  session.start();
-  CalibrationRequest request;
-  request.recorded = true;
+class CalibrationRunnerTest : public testing::Test {
+ protected:
+  CalibrationRunnerTest() {
+    session_.start();
+    request_.recorded = true;
+  }
+  ~CalibrationRunnerTest() override { session_.stop(); }
+
+ private:
+  Session session_{std::move(*sim::SimulatedRig::create({})), hapticd::test::quiet_loop()};
+  TelemetryHub hub_{session_.engine()};
+  CalibrationStore store_{"", "rig"};
+
+ protected:
+  CalibrationRunner runner_{session_, hub_, store_};
+  CalibrationRequest request_;
+};
+
+TEST_F(CalibrationRunnerTest, ReportsNoneThatHasNoThread) {
   {
     const hapticd::test::RoomForThreads none(0);
-    const auto refused = runner.start(request);
+    const auto refused = runner_.start(request_);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.refusal().kind, RefusalKind::kResourceExhausted);
     EXPECT_EQ(refused.refusal().error.where, "threads");
   }
-  EXPECT_EQ(runner.report("", 0, Caller{}).refusal().kind, RefusalKind::kNotFound);
-  EXPECT_TRUE(runner.start(request));
-  EXPECT_EQ(runner.cancel(Caller{})->state, CalibrationState::kCancelled);
-  session.stop();
+  EXPECT_EQ(runner_.report("", 0, Caller{}).refusal().kind, RefusalKind::kNotFound);
+  EXPECT_TRUE(runner_.start(request_));
+  EXPECT_EQ(runner_.cancel(Caller{})->state, CalibrationState::kCancelled);
 }
 
-TEST(CalibrationRunner, TakesABoundedNumberOfPosesOfEachKind) {
-  Session session(std::move(*sim::SimulatedRig::create({})), hapticd::test::quiet_loop());
-  TelemetryHub hub(session.engine());
-  CalibrationStore store("", "rig");
-  CalibrationRunner runner(session, hub, store);
-  session.start();
-  CalibrationRequest request;
-  request.recorded = true;
-  request.time_limit_s = 1800.0;
-  ASSERT_TRUE(runner.start(request));
+TEST_F(CalibrationRunnerTest, TakesABoundedNumberOfPosesOfEachKind) {
+  request_.time_limit_s = 1800.0;
+  ASSERT_TRUE(runner_.start(request_));
   std::vector<calibration::RigPose> rig(CalibrationRunner::kMaxRigPoses + 1);
   for (std::size_t i = 0; i < rig.size(); ++i) rig[i].time_s = 1e-3 * static_cast<double>(i);
-  auto refused = runner.push({}, rig);
+  auto refused = runner_.push({}, rig);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->kind, RefusalKind::kResourceExhausted);
   EXPECT_EQ(refused->error.value, "500001");
   EXPECT_EQ(refused->error.limit, "at most 500000");
-  refused = runner.push(std::vector<calibration::ReferencePose>(CalibrationRunner::kMaxPoses + 1), {});
+  refused = runner_.push(std::vector<calibration::ReferencePose>(CalibrationRunner::kMaxPoses + 1), {});
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->error.limit, "at most 200000");
-  EXPECT_EQ(runner.cancel(Caller{})->state, CalibrationState::kCancelled);
-  session.stop();
+  EXPECT_EQ(runner_.cancel(Caller{})->state, CalibrationState::kCancelled);
 }
 
 }  // namespace

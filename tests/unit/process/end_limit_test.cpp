@@ -9,7 +9,7 @@
 namespace hapticd::server {
 namespace {
 
-// As the daemon is once it has been told to end: all signals that end it are held back, and gRPC waits.
+// The process is as the daemon is after it was told to end: it holds back all signals that end it, and gRPC waits.
 TEST(EndLimit, EndsAProcessThatDoesNot) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(

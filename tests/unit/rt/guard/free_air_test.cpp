@@ -77,7 +77,7 @@ TEST(FreeAir, APipelineThatWantsTheWorstGetsThreeTenthsOfANewton) {
   }
 }
 
-// What an arm shows that swings after a load ends neither the fall of the bound nor the next one's beginning.
+// An arm that swings after a load shows loads, too. They neither end the fall of the bound nor keep the next from beginning.
 TEST(FreeAir, TheBoundComesDownUntilALoadIsSure) {
   WatchedTool tool;
   tool.settle();

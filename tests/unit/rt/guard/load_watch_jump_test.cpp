@@ -136,8 +136,8 @@ TEST(LoadWatch, ALateTickHidesNoJumpUnderAPress) {
   }
 }
 
-// A stiff object that is struck steps as a zero that jumps does; how the reading grows tells them apart, but
-// the zero stays wrong by the step until free air shows it.
+// When a stiff object is struck, the reading steps as it does when the zero jumps. How it grows afterwards shows which of
+// them it was, but the zero stays wrong by the step until free air shows it.
 TEST(LoadWatch, TheZeroBeforeAJumpStaysNothingUntilTheNewOneIsProven) {
   WatchedTool tool;
   tool.settle();
