@@ -7,13 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "server/text/limited_json.h"
+
 namespace hapticd::server {
 
 namespace {
-
-constexpr int kMaxNesting = 16;
-/// The largest model has some 7 000, most of them its parameters'. Each takes up to 200 bytes.
-constexpr int kMaxValues = 20000;
 
 std::string number_text(double value) {
   std::array<char, 32> text{};
@@ -59,24 +57,13 @@ hal::Error not_a_model(hal::ErrorCode code, const std::string& what, const std::
   return {what, where, value, limit, "export the model again where it came from", code};
 }
 
-// Parses JSON of a limited depth, for what reads it is recursive, and of a limited number of values, for each
-// takes many times the memory of its text.
 hal::Result<Json> parse_json(std::string_view text, const std::string& where) {
-  int values = 0;
   try {
-    return Json::parse(text, [&values](int depth, Json::parse_event_t event, Json&) {
-      if (depth > kMaxNesting) throw std::length_error("nested too deeply");
-      using Event = Json::parse_event_t;
-      const bool is_new =
-          event == Event::value || event == Event::array_start || event == Event::object_start;
-      if (is_new && ++values > kMaxValues) throw std::length_error("too many values");
-      return true;
-    });
+    return parse_limited_json<Json>(text);
+  } catch (const TooManyValues& error) {
+    return not_a_model(hal::ErrorCode::kTooLong, "the text holds too many values", where, error.what(),
+                       "at most " + std::to_string(kMaxJsonValues));
   } catch (const std::exception& error) {
-    if (values > kMaxValues) {
-      return not_a_model(hal::ErrorCode::kTooLong, "the text holds too many values", where,
-                         "more than " + std::to_string(kMaxValues), "at most " + std::to_string(kMaxValues));
-    }
     return not_a_model(hal::ErrorCode::kSyntax, "not JSON", where, std::string(error.what()).substr(0, 200));
   }
 }

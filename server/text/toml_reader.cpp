@@ -22,9 +22,10 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <utility>
 
+#include "proto/text/toml_shape.h"
 #include "server/text/suggestion.h"
-#include "server/text/toml_shape.h"
 #include "server/text/toml_text.h"
 
 namespace hapticd::server {
@@ -356,7 +357,11 @@ std::optional<std::size_t> TomlTable::choice(std::string_view key, const std::ve
 }
 
 hal::Result<TomlDocument> TomlDocument::parse(std::string_view text, std::string source) {
-  if (auto error = check_toml_shape(text, source)) return *error;
+  if (auto problem = text::check_toml_shape(text)) {
+    return hal::Error::of(hal::ErrorCode::kTooLong, problem->what,
+                          fmt::format("{}, line {}", source, problem->line), std::move(problem->value),
+                          std::move(problem->limit), problem->remedy);
+  }
   auto state = std::make_shared<TomlTable::State>();
   try {
     state->root = toml::parse(text, std::string_view(source));

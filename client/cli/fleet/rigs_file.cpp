@@ -8,11 +8,13 @@
 #include <sstream>
 
 #include "client/cli/session/session.h"
+#include "proto/text/toml_shape.h"
 
 namespace hapticd::cli {
 
 namespace {
 
+constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 constexpr const char* kForm = "[NAME] with server = \"HOST:PORT\", and certificates and note where wanted";
 
 std::string variable(const char* name) {
@@ -59,21 +61,6 @@ ListedRig rig_of(const std::string& name, const toml::table& table, const std::s
   return rig;
 }
 
-/// Checks the lines: the parser visits the parts of a dotted key recursively, so a line of some ten thousand
-/// would use up its stack.
-void check_lines(const std::string& text, const std::string& source) {
-  constexpr std::size_t kMaxLine = 4096;
-  std::istringstream lines(text);
-  std::size_t number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    if (line.size() <= kMaxLine) continue;
-    throw LocalError("a line is too long", fmt::format("{}, line {}", source, number),
-                     fmt::format("{} bytes", line.size()), fmt::format("at most {} bytes", kMaxLine),
-                     "break or shorten it");
-  }
-}
-
 }  // namespace
 
 std::string rigs_file_path() {
@@ -83,7 +70,10 @@ std::string rigs_file_path() {
 }
 
 std::vector<ListedRig> parse_rigs(const std::string& text, const std::string& source) {
-  check_lines(text, source);
+  if (auto problem = text::check_toml_shape(text)) {
+    throw LocalError(problem->what, fmt::format("{}, line {}", source, problem->line), problem->value,
+                     problem->limit, problem->remedy);
+  }
   toml::table document;
   try {
     document = toml::parse(text, source);
@@ -111,9 +101,10 @@ std::vector<ListedRig> parse_rigs(const std::string& text, const std::string& so
 std::vector<ListedRig> read_rigs(const std::string& path) {
   std::string text;
   try {
-    text = read_text_file(path);
+    text = read_text_file(path, kMaxFile);
   } catch (const LocalError& error) {
-    throw LocalError(error.detail().what(), path, "", kForm,
+    const std::string limit = error.detail().limit();
+    throw LocalError(error.detail().what(), path, "", limit.empty() ? kForm : limit,
                      "write it, or name another file in the environment (HAPTICD_RIGS)");
   }
   return parse_rigs(text, path);

@@ -23,9 +23,6 @@ v1::ErrorDetail make_detail(const std::string& what, const std::string& where, c
   return detail;
 }
 
-/// Bytes of a file that is read as a whole, a table of telemetry at the largest.
-constexpr std::size_t kMaxTextFile = std::size_t{1} << 30U;
-
 /// Texts that are not UTF-8 would end the program.
 std::string text_of(const Json& document, int indent) {
   return document.dump(indent, ' ', false, Json::error_handler_t::replace);
@@ -66,7 +63,7 @@ void print_json_line(const Json& document) {
   print_line(text_of(document, -1));
 }
 
-std::string read_text_file(const std::string& path) {
+std::string read_text_file(const std::string& path, std::size_t max_bytes) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   if (!file || std::filesystem::is_directory(path)) {
@@ -78,8 +75,8 @@ std::string read_text_file(const std::string& path) {
   while (file) {
     file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
     text.append(piece, 0, static_cast<std::size_t>(file.gcount()));
-    if (text.size() > kMaxTextFile) {
-      throw LocalError("the file is too large", path, "", fmt::format("at most {} MB", kMaxTextFile >> 20U));
+    if (text.size() > max_bytes) {
+      throw LocalError("the file is too large", path, "", fmt::format("at most {} MiB", max_bytes >> 20U));
     }
   }
   return text;

@@ -49,7 +49,9 @@ void print_json(const Json& document);
 /// Prints one JSON document on one line, for streams.
 void print_json_line(const Json& document);
 
-/// Whole text of a file, up to 1 GB; throws LocalError naming it.
-std::string read_text_file(const std::string& path);
+/// Bytes of a file that is read as a whole, a table of telemetry at the largest.
+inline constexpr std::size_t kMaxTextFile = std::size_t{1} << 30U;
+/// Whole text of a file of at most so many bytes; throws LocalError naming it.
+std::string read_text_file(const std::string& path, std::size_t max_bytes = kMaxTextFile);
 
 }  // namespace hapticd::cli

@@ -19,7 +19,7 @@ constexpr std::size_t kMinDigits = 6;
 constexpr const char* kAdopted = "adopted";
 
 /// Some times the size of the largest calibration.
-constexpr std::uintmax_t kMaxBytes = std::uintmax_t{8} << 20U;
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{1} << 20U;
 
 /// Text of a file; empty for one that is too large, and for a link or a device.
 std::string text_of(const fs::path& path) {

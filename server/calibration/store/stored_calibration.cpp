@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
-#include "proto/text/json_depth.h"
+#include "server/text/limited_json.h"
 
 namespace hapticd::server {
 
@@ -161,8 +161,7 @@ std::string calibration_text(const StoredCalibration& stored) {
 hal::Result<StoredCalibration> read_calibration(const std::string& text) {
   StoredCalibration stored;
   try {
-    if (!text::is_shallow_json(text)) throw std::runtime_error("nested too deeply");
-    const Json json = Json::parse(text);
+    const auto json = parse_limited_json<Json>(text);
     if (whole_number(json.at("format")) != kFormat) throw std::runtime_error("another format");
     const std::string kind = json.at("kind").get<std::string>();
     for (const CalibrationKind k :

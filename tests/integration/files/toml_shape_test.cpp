@@ -1,13 +1,18 @@
-#include "server/text/toml_shape.h"
+#include "proto/text/toml_shape.h"
 
 #include <gtest/gtest.h>
 
 #include "server/config/config.h"
 #include "server/scene/scene_file.h"
+#include "server/text/toml_reader.h"
 #include "tests/support/refusals.h"
 
 namespace hapticd::server {
 namespace {
+
+using text::check_toml_shape;
+using text::kMaxTomlItems;
+using text::kMaxTomlLine;
 
 std::string repeated(std::string_view text, std::size_t times) {
   std::string all;
@@ -20,9 +25,10 @@ std::string key(std::size_t parts) {
   return repeated("a.", parts - 1) + "a";
 }
 
-/// check_toml_shape() as a reader.
+/// The shape as every file is read, whether or not the rest is TOML.
 hal::Result<bool> shape_of(const std::string& text) {
-  if (auto error = check_toml_shape(text, "scene text")) return *error;
+  const auto document = TomlDocument::parse(text, "scene text");
+  if (!document && document.error().code != hal::ErrorCode::kSyntax) return document.error();
   return true;
 }
 
@@ -54,8 +60,8 @@ TEST(TomlShape, CountsNoDotsThatAreNoKey) {
         "# " + dots + "\n", "s = \"\"\"\n" + dots + "\n\"" + dots + "\n\"\"\"\"\"\n",
         "s = '''\n''" + dots + "'''\n", "n = [" + repeated("1.5, ", 500) + "2.5]\n",
         std::string("t = 1979-05-27T00:32:00.999999\n"), std::string(), std::string("\"")}) {
-    const auto error = check_toml_shape(text, "scene text");
-    EXPECT_FALSE(error) << error->text() << "\n" << text.substr(0, 80);
+    const auto problem = check_toml_shape(text);
+    EXPECT_FALSE(problem) << problem->what << "\n" << text.substr(0, 80);
   }
 }
 
@@ -67,7 +73,7 @@ TEST(TomlShape, RefusesLinesThatAreTooLongWhereverTheyStand) {
         "n = [" + repeated("1,", kMaxTomlLine) + "]"}) {
     test::expect_refusals({{"a = 1\n" + text, "a line is too long", kTooLong, 2}}, shape_of);
   }
-  EXPECT_FALSE(check_toml_shape(repeated("# one of many lines\n", 50000), "rig.toml"));
+  EXPECT_FALSE(check_toml_shape(repeated("# one of many lines\n", 50000)));
 }
 
 TEST(TomlShape, RefusesTooManyKeysAndValuesHoweverTheyAreWritten) {
@@ -77,15 +83,13 @@ TEST(TomlShape, RefusesTooManyKeysAndValuesHoweverTheyAreWritten) {
         repeated(key(16) + "=1\n", limit / 16 + 1), "a = [\n" + repeated("1,\n", limit + 1) + "]\n",
         "a = [\n" + repeated("[],\n", limit / 2 + 1) + "]\n",
         "a = [\n" + repeated("{b=1},\n", limit / 2 + 1) + "]\n"}) {
-    const auto error = check_toml_shape(text, "scene text");
-    ASSERT_TRUE(error) << text.substr(0, 20);
-    EXPECT_EQ(error->code, hal::ErrorCode::kTooLong);
-    EXPECT_EQ(error->what, "the text holds too many keys and values");
-    EXPECT_EQ(error->limit, "at most 10000");
+    const auto shape = shape_of(text);
+    ASSERT_FALSE(shape) << text.substr(0, 20);
+    EXPECT_EQ(shape.error().code, hal::ErrorCode::kTooLong);
+    EXPECT_EQ(shape.error().what, "the text holds too many keys and values");
+    EXPECT_EQ(shape.error().limit, "at most 10000");
   }
-  const auto error = check_toml_shape("[t]\n" + repeated("a=1\n", limit), "scene text");
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->where, "scene text, line 10001");
+  EXPECT_EQ(shape_of("[t]\n" + repeated("a=1\n", limit)).error().where, "scene text, line 10001");
 }
 
 TEST(TomlShape, CountsKeysAndValuesAndNothingElse) {
@@ -94,8 +98,8 @@ TEST(TomlShape, CountsKeysAndValuesAndNothingElse) {
         "heights = [\n" + repeated("-12.5, 0.25,\n", 2048) + "]\n",  // of the largest surface
         "s = '''\n" + repeated("a = [1, 2]\n", kMaxTomlItems) + "'''\n",
         repeated("# a = [1, 2]\n", kMaxTomlItems), repeated("\n", 10 * kMaxTomlItems)}) {
-    const auto error = check_toml_shape(text, "scene text");
-    EXPECT_FALSE(error) << error->text();
+    const auto problem = check_toml_shape(text);
+    EXPECT_FALSE(problem) << problem->what;
   }
 }
 

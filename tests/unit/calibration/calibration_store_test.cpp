@@ -24,6 +24,11 @@ StoredCalibration example(const std::string& rig = "sim:test") {
   return c;
 }
 
+void expect_refused_with(const hal::Result<StoredCalibration>& read, const std::string& value) {
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().value, value);
+}
+
 TEST(StoredCalibration, ReadsBackAsItWasWritten) {
   const std::string text = calibration_text(example());
   const auto read = test::value_of(read_calibration(text));
@@ -39,6 +44,24 @@ TEST(StoredCalibration, RefusesWhatIsNone) {
   std::string text = calibration_text(example());
   text.replace(text.find("215.25"), 6, "\"long\"");
   EXPECT_FALSE(read_calibration(text));
+}
+
+// What is parsed before it is judged must stay small in memory, and the parser's stack as well.
+TEST(StoredCalibration, RefusesWhatWouldTakeTooMuchToRead) {
+  const std::string whole = calibration_text(example());
+  const auto with_key = [&whole](const std::string& value) {
+    return "{\"more\": " + value + "," + whole.substr(whole.find('{') + 1);
+  };
+  const auto list = [](std::size_t values) {
+    std::string text = "[0";
+    for (std::size_t i = 1; i < values; ++i) text += ",0";
+    return text + "]";
+  };
+  const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
+  EXPECT_TRUE(read_calibration(with_key(list(10'000))));
+  EXPECT_TRUE(read_calibration(with_key(nested(15))));
+  expect_refused_with(read_calibration(with_key(list(20'000))), "more than 20000 values");
+  expect_refused_with(read_calibration(with_key(nested(17))), "nested too deeply");
 }
 
 // A count that is written as a floating number may be larger than any integer: making one of it is undefined.
@@ -108,6 +131,15 @@ TEST(CalibrationStore, DoesNotAdoptATipNorAnotherRigs) {
   EXPECT_FALSE(store.adopt(kept_tip->hash));
   EXPECT_FALSE(store.adopt(kept_other->hash));
   EXPECT_FALSE(store.adopt("abc"));
+}
+
+TEST(CalibrationStore, AFileThatIsTooLargeIsNotShown) {
+  const test::TemporaryFolder folder;
+  for (const std::size_t blanks : {std::size_t{500'000}, std::size_t{1'100'000}}) {
+    const std::string text = calibration_text(example()) + std::string(blanks, ' ');
+    folder.write(test::value_of(read_calibration(text)).hash + ".json", text);
+  }
+  EXPECT_EQ(CalibrationStore(folder.path(), "sim:test").list().size(), 1U);
 }
 
 TEST(CalibrationStore, AFileThatWasChangedIsNotShown) {

@@ -2,8 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
 #include "client/cli/commands/commands.h"
 #include "client/cli/fleet/rigs_file.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {
 namespace {
@@ -29,6 +35,12 @@ TEST(Rigs, AreChosenInTheOrderGiven) {
   EXPECT_EQ(choose_rigs(rigs, "all", "rigs.toml").size(), 2U);
 }
 
+std::string repeated(std::string_view text, std::size_t times) {
+  std::string all;
+  for (std::size_t i = 0; i < times; ++i) all += text;
+  return all;
+}
+
 /// What the error says about the text or the choice.
 v1::ErrorDetail refusal(const std::string& text, const std::string& names = "all") {
   try {
@@ -51,6 +63,33 @@ TEST(Rigs, MistakesAreNamedWithLineAndRemedy) {
   EXPECT_EQ(unknown.value(), "middle");
   EXPECT_EQ(unknown.limit(), "left, right, all");
   EXPECT_EQ(refusal(kTwoRigs, ",").what(), "no rig has this name");
+}
+
+// As configurations: the parser takes up to 500 bytes for a key of a few, and visits the parts of one
+// recursively.
+TEST(Rigs, AListThatWouldTakeTooMuchToParseIsRefused) {
+  for (const auto& [text, what] : std::vector<std::pair<std::string, std::string>>{
+           {repeated("[a]\n", 10001), "the text holds too many keys and values"},
+           {repeated("a.", 30000) + "a = 1\n", "a key has too many parts"},
+           {"# " + std::string(16384, 'x'), "a line is too long"}}) {
+    const v1::ErrorDetail refused = refusal(text);
+    EXPECT_EQ(refused.what(), what);
+    EXPECT_TRUE(refused.where().starts_with("rigs.toml, line ")) << refused.where();
+    EXPECT_TRUE(refused.limit().starts_with("at most ")) << refused.limit();
+  }
+}
+
+TEST(Rigs, AFileThatIsTooLargeIsRefused) {
+  const test::TemporaryFolder folder;
+  const std::string rigs = repeated("# one of many lines\n", 52000) + kTwoRigs;
+  EXPECT_EQ(read_rigs(folder.write("rigs.toml", rigs)).size(), 2U);
+  try {
+    read_rigs(folder.write("rigs.toml", repeated("# one of many lines\n", 53000) + kTwoRigs));
+    FAIL();
+  } catch (const LocalError& error) {
+    EXPECT_EQ(error.detail().what(), "the file is too large");
+    EXPECT_EQ(error.detail().limit(), "at most 1 MiB");
+  }
 }
 
 TEST(Rigs, AFileThatIsMissingIsNamedWithItsForm) {

@@ -1,12 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "hal/error.h"
-
-namespace hapticd::server {
+namespace hapticd::text {
 
 /// Limits of a TOML text, checked before it is parsed. The parser builds a table for each part of a dotted
 /// key and visits them recursively: some thirty thousand parts, 62 kB of text, overflow its stack and end the
@@ -18,10 +17,19 @@ inline constexpr std::size_t kMaxTomlLine = 16384;  ///< bytes
 /// heights.
 inline constexpr std::size_t kMaxTomlItems = 10000;
 
-/// Checks the shape: an error with its line if a key (`a.b = 1`, `[a.b]`, `[[a.b]]`, `{ a.b = 1 }`) has more
+/// What is wrong with the shape of a text, for an error that also names the text.
+struct TomlShapeProblem {
+  const char* what;
+  std::size_t line;
+  std::string value;
+  std::string limit;
+  const char* remedy;
+};
+
+/// Checks the shape: a problem with its line if a key (`a.b = 1`, `[a.b]`, `[[a.b]]`, `{ a.b = 1 }`) has more
 /// than kMaxKeyParts parts, a line has more than kMaxTomlLine bytes, or the text has more than kMaxTomlItems
 /// keys and values. Strings and comments are not looked into. Whether the text is TOML is left to
 /// the parser.
-std::optional<hal::Error> check_toml_shape(std::string_view text, const std::string& source);
+std::optional<TomlShapeProblem> check_toml_shape(std::string_view text);
 
-}  // namespace hapticd::server
+}  // namespace hapticd::text

@@ -1,8 +1,6 @@
-#include "server/text/toml_shape.h"
+#include "proto/text/toml_shape.h"
 
-#include <fmt/format.h>
-
-namespace hapticd::server {
+namespace hapticd::text {
 
 namespace {
 
@@ -61,7 +59,7 @@ class Walk {
 
 }  // namespace
 
-std::optional<hal::Error> check_toml_shape(std::string_view text, const std::string& source) {
+std::optional<TomlShapeProblem> check_toml_shape(std::string_view text) {
   Walk walk(text);
   std::size_t parts = 1;
   std::size_t items = 0;
@@ -100,25 +98,22 @@ std::optional<hal::Error> check_toml_shape(std::string_view text, const std::str
         walk.step();
     }
     if (parts > kMaxKeyParts) {
-      return hal::Error::of(hal::ErrorCode::kTooLong, "a key has too many parts",
-                            fmt::format("{}, line {}", source, walk.line()),
-                            fmt::format("more than {} parts", kMaxKeyParts),
-                            fmt::format("at most {} parts joined by dots", kMaxKeyParts), "shorten the key");
+      const std::string limit = std::to_string(kMaxKeyParts);
+      return TomlShapeProblem{"a key has too many parts", walk.line(), "more than " + limit + " parts",
+                              "at most " + limit + " parts joined by dots", "shorten the key"};
     }
     if (items > kMaxTomlItems) {
-      return hal::Error::of(hal::ErrorCode::kTooLong, "the text holds too many keys and values",
-                            fmt::format("{}, line {}", source, walk.line()),
-                            fmt::format("more than {}", kMaxTomlItems),
-                            fmt::format("at most {}", kMaxTomlItems), "leave out what is not needed");
+      const std::string limit = std::to_string(kMaxTomlItems);
+      return TomlShapeProblem{"the text holds too many keys and values", walk.line(), "more than " + limit,
+                              "at most " + limit, "leave out what is not needed"};
     }
     if (walk.bytes_in_line() > kMaxTomlLine) {
-      return hal::Error::of(
-          hal::ErrorCode::kTooLong, "a line is too long", fmt::format("{}, line {}", source, walk.line()),
-          fmt::format("more than {} bytes", kMaxTomlLine), fmt::format("at most {} bytes", kMaxTomlLine),
-          "break the line, or shorten what it holds");
+      const std::string limit = std::to_string(kMaxTomlLine) + " bytes";
+      return TomlShapeProblem{"a line is too long", walk.line(), "more than " + limit, "at most " + limit,
+                              "break the line, or shorten what it holds"};
     }
   }
   return std::nullopt;
 }
 
-}  // namespace hapticd::server
+}  // namespace hapticd::text
