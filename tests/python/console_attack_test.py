@@ -361,6 +361,11 @@ def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, sta
     assert Socket(port, secure=secured("otto"), origin="https://elsewhere.example").status == 403
     with pytest.raises((ssl.SSLError, ConnectionError, IndexError)):
         Socket(port, secure=secured(""))
+    # A key exchange of which the console has most of the work.
+    costly = secured("otto")
+    costly.set_ecdh_curve("secp521r1")
+    with pytest.raises((ssl.SSLError, ConnectionError)):
+        Socket(port, secure=costly)
     # A client that asks on the rig itself is told where it is.
     with hapticd.connect(daemon.address) as rig:
         assert rig.open_console().url == f"https://127.0.0.1:{port}/"
