@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kEnding[] = {SIGHUP,  SIGINT,    SIGQUIT, SIGTERM, SIGUSR2, SIGALRM,
                            SIGPROF, SIGVTALRM, SIGXCPU, SIGPOLL, SIGPWR,  SIGSTKFLT};
+constexpr int kStopping[] = {SIGUSR1, SIGTSTP};
 
 bool is_ignored(int number) {
   struct sigaction present {};
@@ -44,7 +45,7 @@ sigset_t ending_signals() {
 sigset_t stopping_signals() {
   sigset_t stopping;
   sigemptyset(&stopping);
-  sigaddset(&stopping, SIGUSR1);
+  for (const int number : kStopping) sigaddset(&stopping, number);
   return stopping;
 }
 
@@ -54,9 +55,8 @@ void hold_back_ending_signals() {
   struct sigaction passes_on {};
   passes_on.sa_sigaction = pass_on_stop;
   passes_on.sa_flags = SA_SIGINFO | SA_RESTART;
-  sigaction(SIGUSR1, &passes_on, nullptr);
-  signal(SIGPIPE, SIG_IGN);
-  signal(SIGXFSZ, SIG_IGN);
+  for (const int number : kStopping) sigaction(number, &passes_on, nullptr);
+  for (const int number : {SIGPIPE, SIGXFSZ, SIGTTIN, SIGTTOU}) signal(number, SIG_IGN);
 }
 
 int await_ending_signal() {

@@ -12,12 +12,14 @@ namespace hapticd::server {
 /// under `nohup`.
 sigset_t ending_signals();
 
-/// Signals that take the force away, and nothing else: SIGUSR1. They are blocked with the ending ones, and
-/// read by signalfd().
+/// Signals that take the force away, and nothing else: SIGUSR1, and SIGTSTP (Ctrl-Z), which would suspend the
+/// process while the device keeps its last force. They are blocked with the ending ones, and read by
+/// signalfd().
 sigset_t stopping_signals();
 
 /// Blocks both in this thread and in those it will start, so that only await_ending_signal() and signalfd()
-/// see them; ignores SIGPIPE and SIGXFSZ, which the failing write reports. Call it before there are threads.
+/// see them; ignores SIGPIPE and SIGXFSZ, which the failing write reports, and SIGTTIN and SIGTTOU, which
+/// would suspend the process. Call it before there are threads.
 void hold_back_ending_signals();
 
 /// Waits for one of them, and returns it.

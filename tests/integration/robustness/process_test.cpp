@@ -103,13 +103,13 @@ TEST(EndingSignals, AreAllThatEndAProcessAndAreNeitherCrashesNorTheMatterOfAWrit
   }
 }
 
-TEST(ServiceProcess, StopsAndGoesOnAtSigusr1) {
+TEST(ServiceProcess, StopsAndGoesOnAtSigusr1AndAtCtrlZ) {
   DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"});
   const std::string address = process.await_address();
   ASSERT_FALSE(address.empty());
   const ServiceClient client(connect(address));
-  for (int i = 0; i < 3; ++i) {
-    process.signal(SIGUSR1);
+  for (const int signal : {SIGUSR1, SIGUSR1, SIGTSTP, SIGTSTP}) {
+    process.signal(signal);
     const v1::RigState state =
         client.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
     EXPECT_EQ(state.guard_fault(), v1::GUARD_FAULT_STOPPED);
@@ -120,12 +120,11 @@ TEST(ServiceProcess, StopsAndGoesOnAtSigusr1) {
   EXPECT_NE(process.errors().find("by a signal"), std::string::npos) << process.errors();
 }
 
-TEST(ServiceProcess, GoesOnAfterSignalsThatAreTheMatterOfAWrite) {
+TEST(ServiceProcess, GoesOnAfterSignalsThatAreTheMatterOfAWriteOrOfATerminal) {
   DaemonProcess process({"--listen", "127.0.0.1:0"});
   const std::string address = process.await_address();
   ASSERT_FALSE(address.empty());
-  process.signal(SIGPIPE);
-  process.signal(SIGXFSZ);
+  for (const int signal : {SIGPIPE, SIGXFSZ, SIGTTIN, SIGTTOU}) process.signal(signal);
   EXPECT_TRUE(ServiceClient(connect(address)).state().loop().running());
   process.signal(SIGTERM);
   EXPECT_EQ(process.wait(), 0) << process.errors();
