@@ -21,6 +21,7 @@
 #include "server/process/log.h"
 #include "server/process/memory_budget.h"
 #include "server/process/service_manager.h"
+#include "server/process/standard_streams.h"
 #include "server/stop/stop_memory.h"
 
 namespace {
@@ -144,6 +145,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  hapticd::server::open_standard_streams();  // before anything is opened
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {  // out of memory, out of threads
