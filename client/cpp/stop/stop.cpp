@@ -2,7 +2,6 @@
 
 #include <grpcpp/grpcpp.h>
 #include <pthread.h>
-#include <sched.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -10,9 +9,11 @@
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "client/cpp/channel.h"
 #include "client/cpp/error.h"
+#include "client/cpp/stop/ahead.h"
 #include "client/cpp/stop/both_paths.h"
 #include "client/cpp/stop/stop_port.h"
 #include "hal/lock/mutex.h"
@@ -76,6 +77,13 @@ std::string words_of(const std::exception_ptr& failure) {
   }
 }
 
+/// Starts a thread that runs ahead of all ordinary ones from its beginning on.
+template <class Run>
+std::thread run_ahead(Run&& run) {
+  const Ahead ahead;
+  return std::thread(std::forward<Run>(run));
+}
+
 }  // namespace
 
 StopOutcome stop_by_both(const ClientOptions& options, const std::shared_ptr<grpc::Channel>& channel,
@@ -83,11 +91,8 @@ StopOutcome stop_by_both(const ClientOptions& options, const std::shared_ptr<grp
   const auto began = std::chrono::steady_clock::now();
   Race race;
   const int cancelled = eventfd(0, EFD_CLOEXEC);
-  std::thread by_port([&] {
+  std::thread by_port = run_ahead([&] {
     pthread_setname_np(pthread_self(), "stop-port");
-    // Ahead of what floods this machine, where this user may.
-    const sched_param ahead{.sched_priority = sched_get_priority_min(SCHED_RR)};
-    pthread_setschedparam(pthread_self(), SCHED_RR, &ahead);
     race.follow(&Race::port, [&] {
       v1::StopResponse answer;
       answer.set_guard_state(v1::GUARD_STATE_LATCHED);

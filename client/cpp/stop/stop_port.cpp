@@ -22,6 +22,7 @@
 #include "client/cpp/address.h"
 #include "client/cpp/certificates.h"
 #include "client/cpp/error.h"
+#include "client/cpp/stop/ahead.h"
 #include "client/cpp/tls/client_context.h"
 
 namespace hapticd::client {
@@ -213,6 +214,7 @@ std::uint64_t stop_with_certificates(const StopSocket& socket, const std::string
 std::uint64_t stop_by_stop_port(const std::string& address, const std::string& certificates,
                                 std::chrono::milliseconds timeout, int cancelled) {
   const Deadline until{Clock::now() + timeout, cancelled};
+  const Ahead ahead;
   channel_target(address);  // throws if it is not an address
   constexpr std::string_view kUnix = "unix:";
   if (address.starts_with(kUnix)) return stop_by_datagram(address.substr(kUnix.size()) + ".stop", until);

@@ -1,5 +1,10 @@
 #include "tests/measure/bench/attack/stop_paths.h"
 
+#include <linux/capability.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
 #include <csignal>
 #include <ctime>
 #include <fstream>
@@ -32,21 +37,31 @@ double ms_since(Clock::time_point began) {
   return std::chrono::duration<double, std::milli>(Clock::now() - began).count();
 }
 
-/// Stops by `stop`, which returns false if it did not come.
-std::vector<double> repeat(int count, std::chrono::seconds max_time, milliseconds timeout,
-                           const std::function<bool()>& stop) {
-  std::vector<double> late_ms;
-  const auto end = Clock::now() + max_time;
-  while (static_cast<int>(late_ms.size()) < count && Clock::now() < end) {
-    const auto began = Clock::now();
-    const bool came = stop();
-    late_ms.push_back(came ? ms_since(began) : static_cast<double>(timeout.count()));
-  }
-  return late_ms;
+/// Time in which this thread could have run, but waited for a processor, since it began.
+double waited_ms() {
+  double on_processor_ns = 0.0;
+  double waited_ns = 0.0;
+  std::ifstream("/proc/thread-self/schedstat") >> on_processor_ns >> waited_ns;
+  return 1e-6 * waited_ns;
 }
 
-std::vector<double> by_stop_port(const Victim& victim, const std::string& transport, int count,
-                                 std::chrono::seconds max_time) {
+/// Stops by `stop`, which returns false if it did not come.
+MeasuredStops repeat(int count, std::chrono::seconds max_time, milliseconds timeout,
+                     const std::function<bool()>& stop) {
+  MeasuredStops stops;
+  const auto end = Clock::now() + max_time;
+  while (static_cast<int>(stops.late_ms.size()) < count && Clock::now() < end) {
+    const double waited_before_ms = waited_ms();
+    const auto began = Clock::now();
+    const bool came = stop();
+    stops.late_ms.push_back(came ? ms_since(began) : static_cast<double>(timeout.count()));
+    stops.own_wait_ms.push_back(waited_ms() - waited_before_ms);
+  }
+  return stops;
+}
+
+MeasuredStops by_stop_port(const Victim& victim, const std::string& transport, int count,
+                           std::chrono::seconds max_time) {
   const std::string address = victim.address(transport);
   return repeat(count, max_time, kTimeout, [&] {
     try {
@@ -56,6 +71,30 @@ std::vector<double> by_stop_port(const Victim& victim, const std::string& transp
       return false;
     }
   });
+}
+
+/// Client of a user who may raise no priority, whatever this program may.
+class NoPriority {
+ public:
+  NoPriority() {
+    syscall(SYS_capget, &header_, before_.data());
+    auto without = before_;
+    without[CAP_TO_INDEX(CAP_SYS_NICE)].effective &= ~CAP_TO_MASK(CAP_SYS_NICE);
+    syscall(SYS_capset, &header_, without.data());
+  }
+  ~NoPriority() { syscall(SYS_capset, &header_, before_.data()); }
+  NoPriority(const NoPriority&) = delete;
+  NoPriority& operator=(const NoPriority&) = delete;
+
+ private:
+  __user_cap_header_struct header_{.version = _LINUX_CAPABILITY_VERSION_3, .pid = 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> before_{};
+};
+
+MeasuredStops by_stop_port_ordinary(const Victim& victim, const std::string& transport, int count,
+                                    std::chrono::seconds max_time) {
+  const NoPriority among;
+  return by_stop_port(victim, transport, count, max_time);
 }
 
 bool stop_by_service(const std::shared_ptr<grpc::Channel>& channel) {
@@ -71,22 +110,22 @@ std::shared_ptr<grpc::Channel> new_channel(const Victim& victim, const std::stri
   return client::make_channel(victim.options(transport), arguments);
 }
 
-std::vector<double> by_service_kept(const Victim& victim, const std::string& transport, int count,
-                                    std::chrono::seconds max_time) {
+MeasuredStops by_service_kept(const Victim& victim, const std::string& transport, int count,
+                              std::chrono::seconds max_time) {
   const auto channel = new_channel(victim, transport);
   // How a new connection fares is measured by itself.
   channel->WaitForConnected(std::chrono::system_clock::now() + std::chrono::seconds(20));
   return repeat(count, max_time, kServiceTimeout, [&] { return stop_by_service(channel); });
 }
 
-std::vector<double> by_service_new(const Victim& victim, const std::string& transport, int count,
-                                   std::chrono::seconds max_time) {
+MeasuredStops by_service_new(const Victim& victim, const std::string& transport, int count,
+                             std::chrono::seconds max_time) {
   return repeat(count, max_time, kServiceTimeout,
                 [&] { return stop_by_service(new_channel(victim, transport)); });
 }
 
-std::vector<double> by_both(const Victim& victim, const std::string& transport, int count,
-                            std::chrono::seconds max_time) {
+MeasuredStops by_both(const Victim& victim, const std::string& transport, int count,
+                      std::chrono::seconds max_time) {
   client::ClientOptions options = victim.options(transport);
   options.timeout = kTimeout;
   std::vector<double> late_ms;
@@ -100,7 +139,7 @@ std::vector<double> by_both(const Victim& victim, const std::string& transport, 
       return false;
     }
   });
-  return late_ms;
+  return {late_ms, {}};
 }
 
 /// Lines that are added to the audit log.
@@ -138,8 +177,8 @@ class AuditFollower {
   std::string line_;
 };
 
-std::vector<double> by_signal(const Victim& victim, const std::string& /*transport*/, int count,
-                              std::chrono::seconds max_time) {
+MeasuredStops by_signal(const Victim& victim, const std::string& /*transport*/, int count,
+                        std::chrono::seconds max_time) {
   std::this_thread::sleep_for(kAuditPause);
   AuditFollower audit(victim.audit());
   std::vector<double> late_ms;
@@ -152,14 +191,14 @@ std::vector<double> by_signal(const Victim& victim, const std::string& /*transpo
     std::this_thread::sleep_for(kSignalPause);
     return served_s.has_value();
   });
-  return late_ms;
+  return {late_ms, {}};
 }
 
 }  // namespace
 
 const std::vector<StopPath>& stop_paths() {
   static const std::vector<StopPath> kPaths{{"stop_port", 1.0, false, by_stop_port},
-                                            {"stop_port_ordinary", 1.0, true, by_stop_port},
+                                            {"stop_port_ordinary", 1.0, true, by_stop_port_ordinary},
                                             {"signal", 0.1, false, by_signal},
                                             {"both", 0.2, true, by_both},
                                             {"service_kept", 1.0, true, by_service_kept},
