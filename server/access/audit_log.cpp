@@ -7,7 +7,9 @@
 #include <systemd/sd-journal.h>
 
 #include <chrono>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "proto/text/utc_text.h"
@@ -48,25 +50,40 @@ struct AuditLog::Sinks {
   bool journal = false;
   bool failed = false;
 
-  void write(const std::string& text, const AuditLine* line) {
-    if (file) {
-      try {
-        file->log(spdlog::details::log_msg({}, spdlog::level::info, text));
-        file->flush();
-        failed = false;
-      } catch (const spdlog::spdlog_ex& error) {
-        if (!std::exchange(failed, true)) log_error(std::string("the audit file: ") + error.what());
-      }
+  /// False if the file does not have the line. What it has of it is taken out again: the next one would be
+  /// written behind it.
+  bool append(const std::string& text) {
+    if (!file) return true;
+    std::error_code no_size;
+    const std::uintmax_t before = std::filesystem::file_size(file->filename(), no_size);
+    try {
+      file->log(spdlog::details::log_msg({}, spdlog::level::info, text));
+      file->flush();
+      failed = false;
+      return true;
+    } catch (const spdlog::spdlog_ex& error) {
+      if (!std::exchange(failed, true)) log_error(std::string("the audit file: ") + error.what());
     }
-    if (!journal) return;
+    std::error_code ignored;
+    // A file that was begun meanwhile is smaller.
+    const bool is_torn = !no_size && std::filesystem::file_size(file->filename(), ignored) > before;
+    if (is_torn && !ignored) std::filesystem::resize_file(file->filename(), before, ignored);
+    return false;
+  }
+
+  /// Writes to both; false if the file does not have the line.
+  bool write(const std::string& text, const AuditLine* line) {
+    const bool is_written = append(text);
+    if (!journal) return is_written;
     if (line == nullptr) {
       sd_journal_send("MESSAGE=%s", text.c_str(), "SYSLOG_IDENTIFIER=hapticd-audit", "PRIORITY=4", nullptr);
-      return;
+      return is_written;
     }
     sd_journal_send("MESSAGE=%s", text.c_str(), "SYSLOG_IDENTIFIER=hapticd-audit", "PRIORITY=6",
                     "HAPTICD_IDENTITY=%s", text::printable(line->identity).c_str(), "HAPTICD_METHOD=%s",
                     text::printable(line->method).c_str(), "HAPTICD_OUTCOME=%s", line->outcome.c_str(),
                     nullptr);
+    return is_written;
   }
 };
 
@@ -145,14 +162,17 @@ void AuditLog::run() {
     while (!ending_ && queue_.empty()) arrived_.wait(mutex_);
     if (queue_.empty()) return;
     const std::deque<AuditLine> lines = std::exchange(queue_, {});
-    const std::uint64_t dropped = dropped_ - std::exchange(reported_dropped_, dropped_);
+    const std::uint64_t dropped = dropped_ - reported_dropped_;
     lock.unlock();
-    for (const AuditLine& line : lines) sinks_->write(to_json(line), &line);
-    if (dropped > 0) {
-      sinks_->write(fmt::format(R"({{"time":"{}","dropped":{}}})", text::utc_text(now_unix_ns(), 6), dropped),
-                    nullptr);
-    }
+    std::uint64_t lost = 0;
+    for (const AuditLine& line : lines) lost += sinks_->write(to_json(line), &line) ? 0 : 1;
+    const bool is_reported =
+        dropped > 0 && sinks_->write(fmt::format(R"({{"time":"{}","dropped":{}}})",
+                                                 text::utc_text(now_unix_ns(), 6), dropped),
+                                     nullptr);
     lock.lock();
+    dropped_ += lost;
+    if (is_reported) reported_dropped_ += dropped;
   }
 }
 

@@ -37,7 +37,8 @@ struct AuditLine {
 std::string to_json(const AuditLine& line);
 
 /// Writes lines to a file that is rotated, and to the journal of systemd, on its own thread. write() never
-/// waits for a disk: what does not fit into the queue is dropped and counted, and the count is written.
+/// waits for a disk: what does not fit into the queue, or the file, is dropped and counted, and the count is
+/// written.
 /// Refused calls, which anyone may repeat as fast as they can, are written up to kRefusalsPerS for each
 /// identity, so that none can rotate the lines of the others away; how many more there were is in its next
 /// line.

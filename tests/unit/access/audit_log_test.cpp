@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -15,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 
@@ -79,6 +82,36 @@ TEST(AuditLog, KeepsEveryLineUpToItsLimitAndRotates) {
   const auto newest = lines_of(config.audit_file);
   ASSERT_FALSE(newest.empty());
   EXPECT_NE(newest.back().find("number 1999"), std::string::npos);
+}
+
+// As on a disk that is full for a time: a file that may not grow ends with a part of a line.
+TEST(AuditLog, CountsLinesThatFindNoRoomAndLeavesNoPartOfThem) {
+  const test::TemporaryFolder folder;
+  AccessConfig config;
+  config.audit_file = folder.path("audit.jsonl");
+  constexpr std::size_t kLines = 10;
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, SIG_IGN);
+  {
+    auto log = AuditLog::open(config);
+    ASSERT_TRUE(log);
+    const rlimit little{.rlim_cur = 1000, .rlim_max = before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &little);
+    for (std::size_t i = 0; i < kLines; ++i) (*log)->write(a_line("without room"));
+    EXPECT_TRUE(test::eventually([&] { return (*log)->dropped() > 0; }));
+    setrlimit(RLIMIT_FSIZE, &before);
+    (*log)->write(a_line("with room again"));
+  }
+  std::size_t counted = 0;
+  std::string last;
+  for (const std::string& line : lines_of(config.audit_file)) {
+    const auto json = nlohmann::json::parse(line);
+    counted += json.value("dropped", std::size_t{1});
+    last = json.value("method", last);
+  }
+  EXPECT_EQ(counted, kLines + 1);
+  EXPECT_EQ(last, "with room again");
 }
 
 TEST(AuditLog, RefusalsOfOneRotateNoLineOfTheOthersAway) {
