@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -70,7 +71,7 @@ void IgtlPort::accept_peers() {
     std::array<char, NI_MAXHOST> host{};
     getnameinfo(reinterpret_cast<const sockaddr*>(&from), size, host.data(), host.size(), nullptr, 0,
                 NI_NUMERICHOST);
-    if (peers_.size() >= kMaxPeers) {
+    if (peers_.size() >= kMaxPeers && !make_room_for(host.data())) {
       if (!std::exchange(refused_, true)) {
         handlers_.on_note(std::string(host.data()) + " was refused: " + std::to_string(kMaxPeers) +
                           " peers are connected");
@@ -86,6 +87,21 @@ void IgtlPort::accept_peers() {
     peers_.back().name = host.data();
     handlers_.on_note(peers_.back().name + " has connected");
   }
+}
+
+bool IgtlPort::make_room_for(const std::string& host) {
+  const auto count = [this](const std::string& name) {
+    return std::count_if(peers_.begin(), peers_.end(),
+                         [&name](const Peer& peer) { return !peer.gone && peer.name == name; });
+  };
+  Peer* oldest_of_most = nullptr;
+  for (Peer& peer : peers_) {
+    if (peer.gone) continue;
+    if (oldest_of_most == nullptr || count(peer.name) > count(oldest_of_most->name)) oldest_of_most = &peer;
+  }
+  if (oldest_of_most == nullptr || count(oldest_of_most->name) <= count(host) + 1) return false;
+  oldest_of_most->gone = true;
+  return true;
 }
 
 void IgtlPort::read_from(Peer& peer) {
@@ -153,7 +169,9 @@ void IgtlPort::send(const Message& message) {
 
 void IgtlPort::serve() {
   accept_peers();
-  for (Peer& peer : peers_) read_from(peer);
+  for (Peer& peer : peers_) {
+    if (!peer.gone) read_from(peer);
+  }
   for (auto peer = peers_.begin(); peer != peers_.end();) {
     if (!peer->gone) {
       ++peer;

@@ -18,8 +18,9 @@ enum class HeaderVersion {
   k2
 };
 
-/// Port to which OpenIGTLink programs connect (3D Slicer, PLUS, …), up to kMaxPeers of them. One thread;
-/// nothing here waits. A peer that does not read loses whole messages, the oldest never comes late.
+/// Port to which OpenIGTLink programs connect (3D Slicer, PLUS, …), up to kMaxPeers of them; beyond that one
+/// of a host that has fewer takes the place of the oldest of the host that has most. One thread; nothing here
+/// waits. A peer that does not read loses whole messages, the oldest never comes late.
 class IgtlPort {
  public:
   static constexpr int kMaxPeers = 8;
@@ -56,6 +57,8 @@ class IgtlPort {
     bool gone = false;
   };
   void accept_peers();
+  /// Has a peer leave for a new one of this host; false if no host has more.
+  bool make_room_for(const std::string& host);
   void read_from(Peer& peer);
   bool write_rest(Peer& peer);
   Packed bytes_for(Peer& peer, const Message& message) const;

@@ -1,17 +1,25 @@
 // hapticd-igtl, between a daemon and a peer that is made of OpenIGTLink's own library.
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <igtlStatusMessage.h>
 #include <igtlTransformMessage.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "client/igtl/igtl_port.h"
 #include "tests/integration/pose/igtl_peer.h"
 #include "tests/integration/running_service.h"
 
@@ -262,6 +270,43 @@ TEST(Igtl, EndsWithTwoOnACommandLineThatCannotBe) {
     ChildProcess bridge(HAPTICD_IGTL_BINARY, {option});
     EXPECT_EQ(bridge.wait(), 2) << bridge.errors();
   }
+}
+
+/// Connects from an address of this machine; the descriptor does not block.
+int connect_from(const char* address, std::uint16_t port) {
+  sockaddr_in own{};
+  own.sin_family = AF_INET;
+  inet_pton(AF_INET, address, &own.sin_addr);
+  sockaddr_in other = own;
+  inet_pton(AF_INET, "127.0.0.1", &other.sin_addr);
+  other.sin_port = htons(port);
+  const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  EXPECT_EQ(bind(descriptor, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
+  EXPECT_EQ(connect(descriptor, reinterpret_cast<const sockaddr*>(&other), sizeof other), 0);
+  return descriptor;
+}
+
+bool is_open(int descriptor) {
+  char byte = 0;
+  return recv(descriptor, &byte, 1, MSG_DONTWAIT) < 0 && errno == EAGAIN;
+}
+
+TEST(IgtlPort, PeersOfOneHostKeepNoOtherHostOut) {
+  igtl_bridge::IgtlPort port("127.0.0.1", 0, igtl_bridge::HeaderVersion::k1,
+                             {[](const auto&) {}, [](const auto&) {}});
+  std::vector<int> peers;
+  for (int i = 0; i < igtl_bridge::IgtlPort::kMaxPeers + 1; ++i) {
+    peers.push_back(connect_from("127.0.0.1", port.port()));
+    port.serve();
+  }
+  EXPECT_TRUE(is_open(peers.front()));
+  EXPECT_FALSE(is_open(peers.back())) << "one more of the same host";
+  peers.push_back(connect_from("127.0.0.2", port.port()));
+  port.serve();
+  EXPECT_TRUE(is_open(peers.back()));
+  EXPECT_FALSE(is_open(peers.front())) << "the oldest";
+  EXPECT_EQ(port.peers(), static_cast<std::size_t>(igtl_bridge::IgtlPort::kMaxPeers));
+  for (const int descriptor : peers) close(descriptor);
 }
 
 TEST(IgtlMessages, ATransformComesThroughInPiecesWithItsStamp) {
