@@ -24,6 +24,7 @@ EDITS = {
     "rt": ("rt/guard/guard.cpp", "test_rt"),
     "server/grpc": ("server/grpc/services/safety_service.cpp", "test_service"),
     "client/console": ("client/console/socket_session.cpp", "test_client"),
+    "client/console/socket": ("client/console/socket/web_socket_accept.cpp", "test_client"),
     "server/calibration": ("server/calibration/estimate/arm_fit.cpp", "test_identification"),
     "client/cli": ("client/cli/commands/status_command.cpp", "test_client"),
     "tests": ("tests/unit/rt/guard/guard_test.cpp", "test_rt"),

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "client/console/console_shared.h"
-#include "client/console/transport.h"
+#include "client/console/socket/transport.h"
 
 namespace hapticd::console {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client/console/console_shared.h"
-#include "client/console/web_socket.h"
+#include "client/console/socket/web_socket.h"
 
 namespace hapticd::console {
 

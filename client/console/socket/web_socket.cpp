@@ -1,20 +1,14 @@
-#include "client/console/web_socket.h"
+#include "client/console/socket/web_socket.h"
 
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/websocket/stream.hpp>
 #include <chrono>
 #include <utility>
+
+#include "client/console/socket/web_socket_state.h"
 
 namespace hapticd::console {
 
 namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
-
-struct WebSocket::State {
-  explicit State(Transport transport) : stream(std::move(transport)) {}
-  websocket::stream<Transport, false> stream;
-  beast::flat_buffer buffer;
-};
 
 WebSocket::WebSocket(Transport transport, std::size_t max_message)
     : state_(std::make_unique<State>(std::move(transport))) {
@@ -30,12 +24,6 @@ WebSocket::~WebSocket() = default;
 
 Transport::executor_type WebSocket::executor() {
   return state_->stream.get_executor();
-}
-
-void WebSocket::accept(Request request, Done done) {
-  const auto kept = std::make_shared<Request>(std::move(request));
-  state_->stream.async_accept(*kept,
-                              [done = std::move(done), kept](beast::error_code error) { done(!error); });
 }
 
 void WebSocket::read(Taken taken) {

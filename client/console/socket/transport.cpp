@@ -1,4 +1,4 @@
-#include "client/console/transport.h"
+#include "client/console/socket/transport.h"
 
 #include <boost/asio/ssl/stream.hpp>
 

@@ -10,13 +10,13 @@
 #include <string>
 #include <string_view>
 
-#include "client/console/transport.h"
+#include "client/console/socket/transport.h"
 
 namespace hapticd::console {
 
-/// A WebSocket over a connection. Boost.Beast's operations are compiled with this class alone, since they are
-/// slow to compile. One operation of each kind at a time; a callback that holds the owner keeps it until the
-/// operation ends. Used by the console's thread alone.
+/// A WebSocket over a connection. Boost.Beast's operations are compiled with this class alone, and the one
+/// that accepts separately, since they are slow to compile. One operation of each kind at a time; a callback
+/// that holds the owner keeps it until the operation ends. Used by the console's thread alone.
 class WebSocket {
  public:
   using Request = boost::beast::http::request<boost::beast::http::string_body>;
