@@ -66,7 +66,6 @@ int main(int argc, char** argv) {
   add_number(netft_command, "--seconds", netft.seconds, "length of the run", 1.0, 86400.0);
   add_child(app, "netft-child")->callback([&] { status = run_netft_child(); });
 
-#ifdef HAPTICD_BENCH_LIVE
   LiveOptions live;
   auto* live_command =
       add_benchmark(app, status, live, run_live, "live",
@@ -140,7 +139,6 @@ int main(int argc, char** argv) {
                     "the page for people in a headless browser, and what it costs the daemon");
   console_command->add_option("--heap-s", console.heap_seconds,
                               "how long a page is left open to see whether its memory grows, s [120]");
-#endif
 
   try {
     app.parse(argc, argv);
