@@ -76,8 +76,8 @@ wait_for_background
 # These are live and mostly wait. A quick run has two of them at a time: no text is held to its times.
 mostly_waiting() {
   measure recording hapticd_bench recording "${quick[@]}"
-  studies registration pose faults
-  measure access hapticd_bench access "${quick[@]}"
+  studies registration faults
+  measure decode hapticd_bench decode "${quick[@]}"
   measure console hapticd_bench console "${quick[@]}"
 }
 if ((${#quick[@]})); then
@@ -92,11 +92,9 @@ fi
 studies report
 if ((${#quick[@]})); then
   measure tick hapticd_bench tick --seconds 0.5 --hours 0.05
-  measure live hapticd_bench live --seconds 5
   measure netft hapticd_bench netft --seconds 3
 else
   measure tick hapticd_bench tick
-  measure live hapticd_bench live
   measure netft hapticd_bench netft --seconds 15
   measure rig_transport hapticd_study rig --transport emulated
   measure identify_transport hapticd_study identify --transport emulated

@@ -18,17 +18,9 @@ int run_tick(const TickOptions& options);
 /// counted under callgrind.
 int run_tick_child(const std::string& scene, long ticks, bool everything);
 
-/// `hapticd_bench live`: the real daemon on the simulated rig with telemetry subscribers, next to cyclictest.
-struct LiveOptions {
-  std::string folder;
-  double seconds = 60.0;
-  std::vector<int> subscribers{0, 8};
-};
-int run_live(const LiveOptions& options);
-
 /// Subscribers: so many streams, read for so many seconds; what they received goes to `result`.
-int run_live_child(const std::string& address, double seconds, const std::string& result, int streams,
-                   bool blocks);
+int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams,
+                         bool blocks);
 
 /// `hapticd_bench realtime`: the live loop under every load there is, from command to effect, fan-out.
 struct RealtimeOptions {
@@ -62,18 +54,18 @@ int run_netft(const NetFtOptions& options);
 /// The box of `netft`, until it is asked to end.
 int run_netft_child();
 
-/// `hapticd_bench access`: races for the lease, a stop under load, a holder that freezes, certificates.
-struct AccessOptions {
+/// `hapticd_bench decode`: what a client pays for a sample of telemetry, by fields and as blocks.
+struct DecodeOptions {
   std::string folder;
-  bool quick = false;  ///< a tenth of everything
+  bool quick = false;  ///< less than half of everything
 };
-int run_access(const AccessOptions& options);
+int run_decode(const DecodeOptions& options);
 
-/// `hapticd_bench recording`: what a kill costs a recording, what recording costs the machine, incidents.
+/// `hapticd_bench recording`: what recording costs the machine.
 struct RecordingOptions {
   std::string folder;
   bool quick = false;             ///< a tenth of everything
-  std::vector<std::string> only;  ///< "incidents", "cost", "kills", "service", "install"; empty = all
+  std::vector<std::string> only;  ///< "cost", "service", "install"; empty = all
   std::string packages;           ///< for "install": where they are
 };
 int run_recording(const RecordingOptions& options);

@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Measures what hapticd costs on this machine."};
   app.require_subcommand(1);
   app.footer(
-      "Examples:\n  hapticd_bench tick --out /tmp/bench\n  hapticd_bench live --out /tmp/bench --seconds 60");
+      "Examples:\n  hapticd_bench tick --out /tmp/bench\n  hapticd_bench realtime --out /tmp/bench --quick");
   int status = 0;
 
   TickOptions tick;
@@ -66,28 +66,19 @@ int main(int argc, char** argv) {
   add_number(netft_command, "--seconds", netft.seconds, "length of the run", 1.0, 86400.0);
   add_child(app, "netft-child")->callback([&] { status = run_netft_child(); });
 
-  LiveOptions live;
-  auto* live_command =
-      add_benchmark(app, status, live, run_live, "live",
-                    "the daemon in real time with telemetry subscribers, next to cyclictest");
-  add_number(live_command, "--seconds", live.seconds, "length of each run", 2.0, 86400.0);
-  live_command
-      ->add_option("--subscribers", live.subscribers, "numbers of telemetry subscribers, one run each")
-      ->delimiter(',')
-      ->check(CLI::Range(0, 256))
-      ->capture_default_str();
   std::string address;
   std::string result;
   double child_seconds = 0.0;
   int streams = 1;
   bool blocks = false;
-  auto* live_child = add_child(app, "live-child");
-  live_child->add_option("--server", address)->required();
-  live_child->add_option("--seconds", child_seconds)->required();
-  live_child->add_option("--result", result)->required();
-  live_child->add_option("--streams", streams);
-  live_child->add_option("--blocks", blocks);
-  live_child->callback([&] { status = run_live_child(address, child_seconds, result, streams, blocks); });
+  auto* subscriber = add_child(app, "subscriber-child");
+  subscriber->add_option("--server", address)->required();
+  subscriber->add_option("--seconds", child_seconds)->required();
+  subscriber->add_option("--result", result)->required();
+  subscriber->add_option("--streams", streams);
+  subscriber->add_option("--blocks", blocks);
+  subscriber->callback(
+      [&] { status = run_subscriber_child(address, child_seconds, result, streams, blocks); });
 
   RealtimeOptions realtime;
   auto* realtime_command =
@@ -109,19 +100,20 @@ int main(int argc, char** argv) {
       add_benchmark(app, status, attack, run_attack, "attack",
                     "how late a stop comes while the daemon is attacked, and what attacks do to its memory");
   attack_command->add_option("--only", attack.only, "only these parts")->check(CLI::IsMember(attack_parts()));
-  AccessOptions access;
-  add_benchmark(app, status, access, run_access, "access",
-                "races for the lease, a stop under load, a holder that freezes, what certificates cost");
+  DecodeOptions decode;
+  add_benchmark(app, status, decode, run_decode, "decode",
+                "what a client pays for a sample of telemetry, by fields and as blocks",
+                "less than half of everything");
 
   RecordingOptions recording;
-  auto* recording_command = add_benchmark(
-      app, status, recording, run_recording, "recording",
-      "what a kill costs a recording, what recording costs the machine, incidents of all faults");
+  auto* recording_command =
+      add_benchmark(app, status, recording, run_recording, "recording",
+                    "what recording, the flight recorder, exports and metrics cost the machine");
   recording_command->add_option(
       "--packages", recording.packages,
       "folder of packages as deploy/package.sh makes them, for the part \"install\"; as root");
   recording_command->add_option("--only", recording.only, "only these parts")
-      ->check(CLI::IsMember({"incidents", "cost", "kills", "service", "install"}));
+      ->check(CLI::IsMember({"cost", "service", "install"}));
 
   PoseOptions pose;
   auto* pose_command =

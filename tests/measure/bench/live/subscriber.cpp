@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <exception>
 #include <fstream>
 #include <iostream>
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "client/cpp/client.h"
+#include "tests/measure/bench/benchmark.h"
 #include "tests/measure/bench/live/daemon_process.h"
 
 namespace hapticd::bench {
@@ -88,17 +88,10 @@ SubscriberProcess::SubscriberProcess(const std::string& address, double seconds,
                                      int streams, bool blocks)
     : result_(std::move(result)),
       timeout_(in_ms(seconds + 20.0)),
-      process_({.command = {(program_folder() / "hapticd_bench").string(), "live-child", "--server", address,
-                            "--seconds", std::to_string(seconds), "--result", result_.string(), "--streams",
-                            std::to_string(streams), "--blocks", blocks ? "1" : "0"},
+      process_({.command = {(program_folder() / "hapticd_bench").string(), "subscriber-child", "--server",
+                            address, "--seconds", std::to_string(seconds), "--result", result_.string(),
+                            "--streams", std::to_string(streams), "--blocks", blocks ? "1" : "0"},
                 .output = result_.string() + ".log"}) {}
-
-void SubscriberProcess::stall() noexcept {
-  process_.signal(SIGSTOP);
-}
-void SubscriberProcess::kill() noexcept {
-  process_.signal(SIGKILL);
-}
 
 SubscriberTally SubscriberProcess::finish() {
   const auto status = process_.wait(timeout_);
@@ -113,8 +106,8 @@ SubscriberTally SubscriberProcess::finish() {
   return tally.get<SubscriberTally>();
 }
 
-int run_subscriber(const std::string& address, double seconds, const std::filesystem::path& result,
-                   int streams, bool blocks) {
+int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams,
+                         bool blocks) {
   const auto end = std::chrono::steady_clock::now() + in_ms(seconds);
   SubscriberTally sum;
   std::int64_t oldest_ns = std::numeric_limits<std::int64_t>::max();  // of the newest of each stream

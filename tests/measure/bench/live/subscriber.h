@@ -27,16 +27,13 @@ struct SubscriberTally {
 };
 
 /// Subscribers at the full rate, all groups, each with its own connection, in a separate process as in real
-/// life: able to stall or die as a whole.
+/// life.
 class SubscriberProcess {
  public:
   /// `result` is the file it leaves its tally in. `blocks`: by TELEMETRY_ENCODING_BLOCK.
   SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result, int streams = 1,
                     bool blocks = false);
 
-  /// Stops the whole process, as a debugger or a frozen machine does.
-  void stall() noexcept;
-  void kill() noexcept;
   /// Waits for its end; throws std::runtime_error if it ended badly or left no tally.
   SubscriberTally finish();
   pid_t pid() const noexcept { return process_.pid(); }
@@ -46,10 +43,5 @@ class SubscriberProcess {
   std::chrono::milliseconds timeout_;
   report::ChildProcess process_;
 };
-
-/// What the process runs: subscribes so many times, reads for so many seconds, writes the tally of all
-/// streams to `result`.
-int run_subscriber(const std::string& address, double seconds, const std::filesystem::path& result,
-                   int streams, bool blocks);
 
 }  // namespace hapticd::bench

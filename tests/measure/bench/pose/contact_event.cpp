@@ -5,8 +5,8 @@
 
 #include "client/cpp/client.h"
 #include "client/cpp/clock/clock_sync.h"
-#include "tests/measure/bench/access/delaying_proxy.h"
 #include "tests/measure/bench/live/daemon_process.h"
+#include "tests/measure/bench/pose/delaying_proxy.h"
 #include "tests/measure/bench/pose/pose_figures.h"
 #include "tests/measure/report/quantile.h"
 

@@ -1,14 +1,11 @@
-#include <unistd.h>
-
 #include <chrono>
-#include <fstream>
 #include <mutex>
-#include <sstream>
 #include <thread>
 
 #include "client/cpp/client.h"
 #include "client/cpp/clock/clock_sync.h"
 #include "tests/measure/bench/live/daemon_process.h"
+#include "tests/measure/bench/live/processor_time.h"
 #include "tests/measure/bench/pose/pose_figures.h"
 #include "tests/measure/report/child_process.h"
 #include "tests/measure/report/quantile.h"
@@ -18,32 +15,6 @@ namespace {
 
 using PoseClock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPosePatience{60};
-
-/// Seconds of processor time of a process, or of its threads of one name.
-double processor_s(pid_t pid, const std::string& thread = {}) {
-  double ticks = 0.0;
-  const auto add = [&](const std::filesystem::path& folder) {
-    std::ifstream file(folder / "stat");
-    std::string text((std::istreambuf_iterator<char>(file)), {});
-    const auto close = text.rfind(')');
-    if (close == std::string::npos) return;
-    const auto open = text.find('(');
-    if (!thread.empty() && text.substr(open + 1, close - open - 1) != thread) return;
-    std::istringstream rest(text.substr(close + 2));
-    std::string skipped;
-    for (int i = 0; i < 11; ++i) rest >> skipped;
-    double user = 0.0, system = 0.0;
-    rest >> user >> system;
-    ticks += user + system;
-  };
-  const std::filesystem::path process = "/proc/" + std::to_string(pid);
-  if (thread.empty()) {
-    add(process);
-  } else {
-    for (const auto& entry : std::filesystem::directory_iterator(process / "task")) add(entry.path());
-  }
-  return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
-}
 
 }  // namespace
 

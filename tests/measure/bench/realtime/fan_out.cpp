@@ -1,20 +1,17 @@
 #include "tests/measure/bench/realtime/fan_out.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <fstream>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "client/cpp/client.h"
 #include "tests/measure/bench/live/daemon_process.h"
+#include "tests/measure/bench/live/processor_time.h"
 #include "tests/measure/bench/live/subscriber.h"
 
 namespace hapticd::bench {
@@ -26,23 +23,6 @@ constexpr int kGoalSubscribers = 64;
 constexpr int kStreamsPerProcess = 8;
 /// A subscriber further behind than this does not keep up; its queue only has not run over yet.
 constexpr double kKeepsUpMs = 500.0;
-
-/// Processor time a process has taken so far, in s: fields 14 and 15 of /proc/PID/stat, behind the name,
-/// which may hold anything.
-double cpu_s(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
-  std::string field;
-  double user = 0.0;
-  double system = 0.0;
-  for (int i = 3; fields >> field && i <= 15; ++i) {
-    if (i == 14) user = std::stod(field);
-    if (i == 15) system = std::stod(field);
-  }
-  return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
-}
 
 struct FanOut {
   SubscriberTally tally;
@@ -58,7 +38,7 @@ struct Subscribers {
 FanOut run(const Subscribers& subscribers, double seconds, const std::filesystem::path& folder) {
   FanOut result;
   DaemonProcess daemon(folder / "hapticd_fan_out.log", {.rate_hz = subscribers.rate_hz});
-  const double before_s = cpu_s(daemon.pid());
+  const double before_s = processor_s(daemon.pid());
   std::vector<std::unique_ptr<SubscriberProcess>> readers;
   for (int left = subscribers.count; left > 0; left -= kStreamsPerProcess) {
     readers.push_back(std::make_unique<SubscriberProcess>(
@@ -67,7 +47,7 @@ FanOut run(const Subscribers& subscribers, double seconds, const std::filesystem
   }
   for (const auto& reader : readers) result.tally += reader->finish();
   if (readers.empty()) std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-  result.daemon_cpu_s = cpu_s(daemon.pid()) - before_s;
+  result.daemon_cpu_s = processor_s(daemon.pid()) - before_s;
   return result;
 }
 

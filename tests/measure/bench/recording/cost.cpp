@@ -1,9 +1,5 @@
-#include <unistd.h>
-
 #include <chrono>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 
@@ -14,6 +10,7 @@
 #include "server/recording/export/table_export.h"
 #include "server/recording/recording_output.h"
 #include "tests/measure/bench/live/daemon_process.h"
+#include "tests/measure/bench/live/processor_time.h"
 #include "tests/measure/bench/realtime/quantile_ratio.h"
 #include "tests/measure/bench/recording/parts.h"
 
@@ -25,44 +22,15 @@ using client::Client;
 
 constexpr std::chrono::seconds kCostTimeout{60};
 
-/// CPU time of a process, all its threads, or of one thread, in s.
-double cpu_s(const fs::path& stat) {
-  std::ifstream file(stat);
-  std::string text;
-  std::getline(file, text);
-  std::istringstream rest(text.substr(text.rfind(')') + 2));
-  std::string word;
-  for (int i = 0; i < 11; ++i) rest >> word;
-  double user = 0.0;
-  double system = 0.0;
-  rest >> user >> system;
-  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-}
-
-fs::path stat_of(pid_t pid) {
-  return fs::path("/proc") / std::to_string(pid) / "stat";
-}
-
-/// The thread of this name.
-fs::path stat_of_thread(pid_t pid, const std::string& name) {
-  for (const auto& task : fs::directory_iterator(fs::path("/proc") / std::to_string(pid) / "task")) {
-    std::string comm;
-    std::getline(std::ifstream(task.path() / "comm"), comm);
-    if (comm == name) return task.path() / "stat";
-  }
-  throw std::runtime_error("there is no thread '" + name + "'");
-}
-
 double flight_recorder_share(const fs::path& folder, double rate_hz, double seconds) {
   DaemonProcess daemon(
       folder / "hapticd_flight.log",
       {.more_configuration = "[recording]\nfolder = \"" + (folder / "flight").string() + "\"\n",
        .rate_hz = rate_hz});
   std::this_thread::sleep_for(std::chrono::seconds(1));
-  const fs::path stat = stat_of_thread(daemon.pid(), "flight");
-  const double before = cpu_s(stat);
+  const double before = processor_s(daemon.pid(), "flight");
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-  const double share = (cpu_s(stat) - before) / seconds;
+  const double share = (processor_s(daemon.pid(), "flight") - before) / seconds;
   daemon.stop();
   return share;
 }
@@ -99,10 +67,10 @@ Turns measure_turns(const fs::path& folder, double rate_hz, int loop_cpu, int ro
     if (records) client.start_recording({});
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     const v1::LoopState before = client.rig_state().loop();
-    const double cpu_before = cpu_s(stat_of(daemon.pid()));
+    const double cpu_before = processor_s(daemon.pid());
     const auto began = std::chrono::steady_clock::now();
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-    const double cpu = cpu_s(stat_of(daemon.pid())) - cpu_before;
+    const double cpu = processor_s(daemon.pid()) - cpu_before;
     const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     const v1::LoopState after = client.rig_state().loop();
     (records ? turns.cpu_with : turns.cpu_without) += cpu / took_s / rounds;

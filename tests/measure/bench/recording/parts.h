@@ -11,15 +11,8 @@ namespace hapticd::bench {
 /// Adds a figure and its line of the table.
 using AddFigure = std::function<void(const std::string& name, const report::Figure& figure)>;
 
-/// What is lost where the daemon is killed at random moments while it records, and where files are cut; how
-/// many of the files cannot be read, by hapticd's own reader and by the official one.
-void add_kill_figures(const std::filesystem::path& folder, bool quick, const AddFigure& add);
-
 /// What recording costs: CPU time, how late ticks begin, and the export of an hour.
 void add_cost_figures(const std::filesystem::path& folder, bool quick, const AddFigure& add);
-
-/// Ticks that are missing in the incident of each fault that cuts the force.
-void add_incident_figures(const std::filesystem::path& folder, bool quick, const AddFigure& add);
 
 /// What the service takes: locked memory, and the time of a scrape of its metrics.
 void add_service_figures(const std::filesystem::path& folder, bool quick, const AddFigure& add);

@@ -25,15 +25,10 @@ int run_recording(const RecordingOptions& options) {
     if (is_wanted) report::Report::note(std::string(part) + " …");
     return is_wanted;
   };
-  if (wanted("incidents")) add_incident_figures(logs, options.quick, add);
   if (wanted("cost")) add_cost_figures(logs, options.quick, add);
-  if (wanted("kills")) add_kill_figures(logs, options.quick, add);
   if (wanted("service")) add_service_figures(logs, options.quick, add);
   if (wanted("install")) add_install_figure(logs, options.packages, add);
-  report.add_table(
-      "recording", "Recordings and incidents", table,
-      "recording_lost_s: from the last tick that a client knew of before the kill to the last in the "
-      "file, and ticks missing within it; the worst of all kills.");
+  report.add_table("recording", "What recording costs", table);
   return 0;
 }
 

@@ -1,4 +1,4 @@
-#include "tests/measure/bench/access/delaying_proxy.h"
+#include "tests/measure/bench/pose/delaying_proxy.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -1,4 +1,4 @@
-#include "tests/measure/bench/access/block_decode.h"
+#include "tests/measure/bench/decode/block_decode.h"
 
 #include <algorithm>
 #include <chrono>
@@ -114,7 +114,7 @@ DecodeCost RecordedBatches::decoded_in_cpp() const {
 
 DecodeCost RecordedBatches::decoded_in_python() const {
   const auto ran = report::run_program(
-      {.command = {"/usr/bin/python3", SOURCE_FOLDER "/tests/measure/bench/access/decode_batches.py",
+      {.command = {"/usr/bin/python3", SOURCE_FOLDER "/tests/measure/bench/decode/decode_batches.py",
                    SOURCE_FOLDER "/proto", folder_.string()}},
       std::chrono::seconds(300));
   const auto cost = nlohmann::json::parse(
