@@ -52,6 +52,7 @@ void ContactDetector::lose() noexcept {
 
 void ContactDetector::declare() noexcept {
   in_contact_ = true;
+  ticks_within_ = 0;
   recently_released_ = false;
   ticks_below_ = 0;
   ticks_disturbed_ = 0;
@@ -77,6 +78,7 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
 
   const bool above = magnitude > threshold_n() + uncertain_n;
   ticks_free_ = above ? 0 : ticks_free_ + 1;
+  ticks_within_ = above ? 0 : std::min(ticks_within_ + 1, arming_ticks_);
   if (is_waiting()) {
     // What stays beyond all that a sensor may read of nothing is something after all, of unknown depth.
     const bool is_evident = reason_ == ContactReason::kWithdrawn && magnitude > evident_n_;

@@ -66,11 +66,12 @@ class ContactDetector {
   bool is_waiting() const noexcept {
     return reason_ == ContactReason::kAwaitingFree || reason_ == ContactReason::kWithdrawn;
   }
-  /// True if what the sensor reads besides the tool, `force_n`, shows its zero: free and within ε_f, or what
-  /// was taken for a contact turned out not to be one.
+  /// True if what the sensor reads besides the tool, `force_n`, shows its zero: within ε_f, and free or as
+  /// long as one that becomes free; or what was taken for a contact turned out not to be one.
   bool zero_shows(double force_n) const noexcept {
     if (reason_ == ContactReason::kWithdrawn) return force_n < ZeroTracker::kMaxErrorN;
-    return is_free() && ticks_disturbed_ == 0 && force_n < threshold_n();
+    const bool is_quiet = is_free() || ticks_within_ >= arming_ticks_;
+    return is_quiet && ticks_disturbed_ == 0 && force_n < threshold_n();
   }
   /// Contacts so far that turned out to be none.
   std::uint32_t withdrawn_count() const noexcept { return withdrawn_count_; }
@@ -106,6 +107,7 @@ class ContactDetector {
   std::uint32_t ticks_ringing_ = 0;  ///< left, since the reaction was lost
   std::uint32_t ticks_below_ = 0;
   std::uint32_t ticks_free_ = 0;
+  std::uint32_t ticks_within_ = 0;  ///< ε_f out of contact, whatever is waited for; up to arming_ticks_
   std::uint32_t ticks_since_quiet_;  ///< while withdrawn, up to landing_ticks_
   std::uint32_t ticks_disturbed_ = 0;
   std::uint32_t count_ = 0;

@@ -1,6 +1,7 @@
 #include "rt/contact/zero_tracker.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "rt/signal/vector.h"
 
@@ -14,40 +15,46 @@ hal::Vector3 moved(const hal::Vector3& zero, const hal::Vector3& error, double s
 }
 }  // namespace
 
-void ZeroTracker::update(const SensorZero& error, const TickInterval& interval) noexcept {
-  SensorZero& zero = followed_.zero;
-  zero.force_n = moved(zero.force_n, error.force_n, interval.s, kForceRateNPerS, kTimeS);
-  zero.torque_n_mm = moved(zero.torque_n_mm, error.torque_n_mm, interval.s, kTorqueRateNMmPerS, kTimeS);
+void ZeroTracker::drift_on(const TickInterval& interval) noexcept {
+  followed_.force.drift_on(interval.s);
+  bound();
+}
+
+void ZeroTracker::update(const SensorZero& error, double speed_mm_per_s,
+                         const TickInterval& interval) noexcept {
+  followed_.force.follow(error.force_n, interval.s, std::abs(speed_mm_per_s) < kRestMmPerS);
+  followed_.torque_n_mm =
+      moved(followed_.torque_n_mm, error.torque_n_mm, interval.s, kTorqueRateNMmPerS, kTimeS);
   bound();
 }
 
 void ZeroTracker::take_over(const SensorZero& error, double n_per_s, const TickInterval& interval) noexcept {
   constexpr double kSettleS = 0.1;
-  SensorZero& zero = followed_.zero;
-  zero.force_n = moved(zero.force_n, error.force_n, interval.s, n_per_s, kSettleS);
-  zero.torque_n_mm = moved(zero.torque_n_mm, error.torque_n_mm, interval.s,
-                           n_per_s * (kTorqueRateNMmPerS / kForceRateNPerS), kSettleS);
+  constexpr double kLeverMm = 60.0;
+  followed_.force.shift(moved({}, error.force_n, interval.s, n_per_s, kSettleS));
+  followed_.torque_n_mm =
+      moved(followed_.torque_n_mm, error.torque_n_mm, interval.s, n_per_s * kLeverMm, kSettleS);
   bound();
 }
 
 void ZeroTracker::bound() noexcept {
-  SensorZero& zero = followed_.zero;
-  const double size_n = norm(zero.force_n);
-  if (size_n > bound_n_) zero.force_n = zero.force_n * (bound_n_ / size_n);
+  if (exceeds(force_n(), bound_n_)) followed_.force.shift(force_n() * (bound_n_ / norm(force_n()) - 1.0));
 }
 
 bool ZeroTracker::take_bias(std::uint32_t bias_serial) noexcept {
   if (bias_serial == followed_.bias_serial) return false;
-  followed_ = {{}, bias_serial};
+  followed_.force.shift(force_n() * -1.0);  // it drifts on
+  followed_.torque_n_mm = {};
+  followed_.bias_serial = bias_serial;
   return true;
 }
 
 bool ZeroTracker::is_far() const noexcept {
-  return norm(followed_.zero.force_n) > 0.5 * bound_n_;
+  return norm(force_n()) > 0.5 * bound_n_;
 }
 
 bool ZeroTracker::is_spent() const noexcept {
-  return norm(followed_.zero.force_n) > 0.999 * bound_n_;
+  return norm(force_n()) > 0.999 * bound_n_;
 }
 
 FaultSet ZeroTracker::faults(bool is_unknown) const noexcept {

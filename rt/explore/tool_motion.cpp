@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "rt/signal/vector.h"
+
 namespace hapticd::rt {
 
 ToolMotion::ToolMotion(const Parts& parts) noexcept
@@ -34,7 +36,7 @@ const ToolState& ToolMotion::update(const hal::RigSample& sample, const hal::Vec
   const hal::Vector3 acceleration = motion_.acceleration_mm_per_s2();
   const hal::Vector3 mass_acceleration = mass_motion_ ? mass_motion_->acceleration_mm_per_s2() : acceleration;
   const hal::Vector3 load_n =
-      load_.without_weight_n(sample.sensor_force_n - zero_.zero().force_n, sample.tip_orientation);
+      load_.without_weight_n(sample.sensor_force_n - zero_.force_n(), sample.tip_orientation);
   if (!std::exchange(has_tip_, true)) {
     last_tip_mm_ = tip_mm;
     last_encoder_mm_ = encoder_mm;
@@ -56,11 +58,12 @@ const ToolState& ToolMotion::update(const hal::RigSample& sample, const hal::Vec
 void ToolMotion::follow_zero(const hal::RigSample& sample, const ContactStage3& contact,
                              const TickInterval& interval) noexcept {
   if (!zero_.is_followed()) return;
+  zero_.drift_on(interval);
   const bool shows_in_motion = contact.zero_shows_in_motion();
   if (!shows_in_motion && !contact.zero_shows()) return;
   const SensorZero error{load_.in_sensor_frame(contact.residual_n() * -1.0, sample.tip_orientation),
-                         sample.sensor_torque_n_mm - zero_.zero().torque_n_mm};
-  if (!shows_in_motion) return zero_.update(error, interval);
+                         sample.sensor_torque_n_mm - zero_.torque_n_mm()};
+  if (!shows_in_motion) return zero_.update(error, norm(state_.velocity_mm_per_s), interval);
   zero_.take_over(error, ReadingInMotion3::kTakeOverNPerS, interval);
 }
 

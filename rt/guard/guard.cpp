@@ -195,7 +195,8 @@ void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
     allowed_n = std::max(kFreeAirN, loaded_n_ * share);
   }
   if (load_.is_suspected()) allowed_n = std::min(allowed_n, std::max(kFreeAirN, rendered_n_));
-  const double rise_n = is_sure ? kLoadRiseNPerS * rise_interval_s() : 0.0;
+  const bool is_shown = load_.unloaded_s() < kShownS;
+  const double rise_n = is_sure && is_shown ? kLoadRiseNPerS * rise_interval_s() : 0.0;
   allowed_n_ = std::min(allowed_n, allowed_n_ + rise_n);
 }
 
@@ -206,7 +207,7 @@ bool Guard::is_load_sure() noexcept {
   } else {
     back_s_ = std::min(back_s_ + interval_s_, kBackS);
   }
-  return back_s_ >= kBackS || gone_s_ > kBackWithinS;
+  return back_s_ >= kBackS || (gone_s_ > kBackWithinS && back_s_ >= kSeenTwiceS);
 }
 
 double Guard::max_in_free_air_n() const noexcept {

@@ -99,6 +99,10 @@ class Guard {
   static constexpr double kGoneS = 0.002;
   static constexpr double kBackS = 0.01;
   static constexpr double kBackWithinS = 0.1;
+  /// Longest time since a load was seen for which it still is; that after which it was seen twice: once may be
+  /// noise.
+  static constexpr double kShownS = 0.9e-3;
+  static constexpr double kSeenTwiceS = 1.5e-3;
   /// Time after the last load that was seen at which the bound begins to come down.
   static constexpr double kFreeAirFromS = 0.005;
 

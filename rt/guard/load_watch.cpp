@@ -34,7 +34,7 @@ void LoadWatch::set_parameters(const LoadWatchParameters& parameters) noexcept {
 
 void LoadWatch::add_to_readings(const hal::Vector3& by_n) noexcept {
   weight_in_zero_n_ = weight_in_zero_n_ + by_n;
-  drift_n_ = drift_n_ + by_n;
+  drift_.shift(by_n);
   last_reading_n_ = last_reading_n_ + by_n;
   under_way_.reading_n = under_way_.reading_n + by_n * looks_;
   for (Slot& slot : slots_) slot.reading_n = slot.reading_n + by_n;
@@ -93,7 +93,8 @@ void LoadWatch::take_bias(const hal::RigSample& sample) noexcept {
     jump_n_ = {};
     has_jumped_ = false;
   }
-  drift_n_ = noted_n_ = {};
+  drift_.shift(drift_.value_n() * -1.0);
+  noted_n_ = {};
   first_n_ = reading - jump_n_;
   if (exceeds(first_n_, kLoadN)) is_waiting_ = true;
   has_proof_ = false;
@@ -116,7 +117,7 @@ void LoadWatch::update(const hal::RigSample& sample, double interval_s,
   if (has_other_tool_) [[unlikely]] {
     // By its weight alone: what the reading itself changes by meanwhile may be a load.
     if (looks_ > 0 || newest_ > 0) {
-      drift_n_ = drift_n_ + (looks_ > 0 ? under_way_.weight_n : before(0).weight_n) - weight;
+      drift_.shift((looks_ > 0 ? under_way_.weight_n : before(0).weight_n) - weight);
     }
     interrupt();
     has_stretch_ = false;
@@ -153,13 +154,16 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   under_way_ = {};
   looks_ = 0;
 
+  drift_.drift_on(s);
   swing_n_ *= left_of_peak(s, kPeakFadeS);
   // While it waits, the load or the jump may be noise itself: the noise must be learnt all the same.
   if (is_waiting_ || unloaded_s_ > kPressedS) noise_.update(before(0).reading_n, sample.time_ns);
   suspect();
   if (find_step()) return;
   const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
-  const bool is_free = !is_waiting_ && !exceeds(prompt_n, kLoadN);  // as far as this shows
+  const bool is_little = !exceeds(prompt_n, kLoadN);
+  const bool is_free = !is_waiting_ && is_little;  // as far as this shows
+  if (is_waiting_ && !has_jumped_ && is_little) drift_.follow(prompt_n, s, is_at_rest());
   peak_inertia_n_ *= left_of_peak(s, is_free ? kPeakRestS : kPeakFadeS);
   if (is_free) {
     at_proof_s_ = 0.0;
@@ -205,7 +209,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
 
 void LoadWatch::follow_drift(const hal::Vector3& reading_n, double s) noexcept {
   run_slots_ = 0;
-  drift_n_ = drift_n_ + clamped(reading_n * (1.0 / kFollowS), kFollowNPerS) * s;
+  drift_.follow(reading_n, s, is_at_rest());
 }
 
 void LoadWatch::look_for_object(const Load& load, const hal::Quaternion& to_rig) noexcept {
@@ -289,6 +293,7 @@ void LoadWatch::take_over(const hal::Vector3& zero_n) noexcept {
   jump_n_ = jump_n_ + zero_n;
   first_n_ = {};
   unloaded_s_ = kLongS;
+  if (is_waiting_ && !has_jumped_) ++found_count_;
 }
 
 }  // namespace hapticd::rt

@@ -6,8 +6,10 @@
 #include <cstdint>
 
 #include "hal/samples.h"
+#include "rt/signal/drift_tracker.h"
 #include "rt/signal/reading_noise.h"
 #include "rt/signal/stiffness_fit.h"
+#include "rt/signal/vector.h"
 
 namespace hapticd::rt {
 
@@ -70,10 +72,10 @@ struct LoadWatchParameters {
 ///               where it was seen last and the tool's inertia of late is below kLoadN: an object far softer than its
 ///               target bears little of what is felt, and relaxes.
 ///
-/// The zero is followed below kLoadN, no faster than kFollowNPerS; one that has just been taken over, in
-/// motion, within half a second. A step with which the tip loses half of its speed is an impact. NaN never
-/// gets here: such samples are unfit. After an unfit sample or a gap the slots start again and the zero is
-/// kept. All state is bounded: nothing grows with time.
+/// The zero is followed below kLoadN and drifts on under a load as it did before (DriftTracker); one that has just
+/// been taken over, in motion, is followed within half a second. A step with which the tip loses half of its speed
+/// is an impact. NaN never gets here: such samples are unfit. After an unfit sample or a gap the slots start again
+/// and the zero is kept. All state is bounded: nothing grows with time.
 class LoadWatch {
  public:
   static constexpr double kLoadN = 0.05;
@@ -81,7 +83,6 @@ class LoadWatch {
   static constexpr double kLoadedStepN = 0.075;
   static constexpr double kRecedeMm = 2.0;
   static constexpr double kProofMm = 3.0;
-  static constexpr double kFollowNPerS = 0.01;  ///< cooling motors and a drifting sensor are slower
   static constexpr double kMaxJumpN = 6.0;      ///< a larger one is not taken over as a zero
 
   /// Another tool changes what its weight reads as, not the zero; with the same tool nothing is forgotten.
@@ -108,6 +109,11 @@ class LoadWatch {
   bool has_jumped() const noexcept { return has_jumped_; }
   /// What is to be taken off the reading, sensor frame.
   const hal::Vector3& jump_n() const noexcept { return jump_n_; }
+  /// How far the zero drifted besides, sensor frame.
+  const hal::Vector3& drift_n() const noexcept { return drift_.value_n(); }
+  /// How often a zero that was waited for since its bias was found, by motion. jump_n() then has it, and drift_n() is all
+  /// that the sensor reads besides.
+  std::uint32_t found_count() const noexcept { return found_count_; }
   /// Jumps so far, and the last one.
   std::uint32_t jump_count() const noexcept { return jump_count_; }
   const hal::Vector3& last_jump_n() const noexcept { return last_jump_n_; }
@@ -127,6 +133,7 @@ class LoadWatch {
   static constexpr double kStepDeviations = 4.0;         // of what the sensor's noise is beyond a usual one's
   static constexpr double kLoadedStepDeviations = 14.0;  // there two slopes are known as badly
   static constexpr double kUnchangedN = 0.025;
+  static constexpr double kRestMm = 0.06;  // two counts of an encoder in kHalf slots
   static constexpr double kKeepN = 0.012;  // below every threshold of contact
   static constexpr double kWrongN = 0.08;  // of a zero that was proven: beyond what violent motion leaves
   static constexpr double kMassError = 0.35;
@@ -149,7 +156,6 @@ class LoadWatch {
   static constexpr double kSettleS = 0.5;
   static constexpr double kSettleTimeS = 0.1;
   static constexpr double kSettleNPerS = 0.2;
-  static constexpr double kFollowS = 1.0;
   static constexpr double kAlongCosine = 0.9;
   static constexpr double kLongS = 1.0;  // unloaded_s_ counts no further
 
@@ -183,7 +189,7 @@ class LoadWatch {
   void add_to_readings(const hal::Vector3& by_n) noexcept;
   /// The tool's weight, sensor frame.
   hal::Vector3 weight_n(const hal::RigSample& sample) const noexcept;
-  hal::Vector3 zero_n() const noexcept { return jump_n_ + first_n_ + drift_n_; }
+  hal::Vector3 zero_n() const noexcept { return jump_n_ + first_n_ + drift_.value_n(); }
   /// The present zero is that of free air.
   void prove() noexcept;
   void end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
@@ -205,6 +211,10 @@ class LoadWatch {
   bool is_swing(const Load& now) noexcept;
   /// The zero has jumped by that much.
   void jump(const hal::Vector3& by_n) noexcept;
+  /// The tip has hardly moved of late.
+  bool is_at_rest() const noexcept {
+    return filled_ > kHalf && !exceeds(before(0).tip_mm - before(kHalf).tip_mm, kRestMm);
+  }
   /// The slots of both halves of the triangle are there, none much longer than the others.
   bool has_window(double& former_s, double& latter_s) const noexcept;
   /// Least step that is one, of a load or not, on a sensor as noisy as this.
@@ -243,7 +253,7 @@ class LoadWatch {
   hal::Vector3 last_reading_n_;
   hal::Vector3 jump_n_;
   hal::Vector3 first_n_;  ///< with what it began, taken for nothing until something is proven
-  hal::Vector3 drift_n_;
+  DriftTracker drift_;
   // As they were when the zero was proven last: a reading that comes back there is free.
   bool has_proof_ = false;
   hal::Vector3 proven_jump_n_;
@@ -282,6 +292,7 @@ class LoadWatch {
   std::size_t stretch_slots_ = 0;
   hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero if there is none
   double lowest_mm_ = 0.0;      ///< along it
+  std::uint32_t found_count_ = 0;
   std::uint32_t jump_count_ = 0;
   hal::Vector3 last_jump_n_;
 };

@@ -6,7 +6,7 @@
 #include "rt/assist/touch.h"
 #include "rt/guard/fault_table.h"
 #include "rt/record/tick_record.h"
-#include "rt/signal/sensor_zero.h"
+#include "rt/signal/followed_zero.h"
 #include "rt/target/target_law.h"
 
 namespace hapticd::rt {

@@ -60,6 +60,13 @@ inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample, bool is_e
   // After a jump the guard waits alone: its size is known, so what the pipeline has of a contact stays true.
   const LoadWatch& load = guard_.load();
   if (guard_.watches_load() && load.is_waiting() && !load.has_jumped()) pipeline_->distrust_sensor();
+  if (load.found_count() != found_count_) [[unlikely]] {
+    // What the pipeline has followed meanwhile may be a part of what the guard has just found.
+    found_count_ = load.found_count();
+    FollowedZero zero = pipeline_->zero();
+    zero.force.shift(load.drift_n() - zero.force.value_n());
+    pipeline_->adopt_zero(zero);
+  }
   if (!has_jump) return pipeline_->evaluate(sample);
   hal::RigSample without_jump = sample;
   without_jump.sensor_force_n = sample.sensor_force_n - load.jump_n();
@@ -93,7 +100,7 @@ inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluate
   record.jump_count = load.jump_count();
   record.last_jump_n = load.last_jump_n();
   // The pipeline follows the zero of a sensor without the jump.
-  if (has_jump) record.zero.force_n = pipeline_->zero().zero.force_n + load.jump_n();
+  if (has_jump) record.zero.force_n = pipeline_->zero().force.value_n() + load.jump_n();
 }
 
 [[gnu::flatten]] hal::DeviceCommand Renderer::tick(const hal::RigSample& sample,

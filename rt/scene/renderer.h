@@ -67,6 +67,7 @@ class Renderer {
   bool has_bias_serial_ = false;
   std::uint32_t bias_serial_ = 0;  ///< of the sample before
   FollowedZero zero_;              ///< of the pipeline before, as the sensor's goes on
+  std::uint32_t found_count_ = 0;  ///< zeros that the guard found, as far as the pipeline knows
   hal::Vector3 hand_over_n_;       ///< of the pipeline before, when it was exchanged
   double hand_over_share_ = 0.0;
   double hand_over_s_ = kHandOverS;

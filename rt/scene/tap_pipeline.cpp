@@ -71,7 +71,7 @@ TapPipeline::Measured TapPipeline::measure(const hal::RigSample& sample) noexcep
   last_depth_mm_ = now.depth_mm;
   has_depth_ = true;
   motion_.update(now.depth_mm, now.interval);
-  now.sensor_n = axis_.reaction_n(sample.sensor_force_n - zero_.zero().force_n);
+  now.sensor_n = axis_.reaction_n(sample.sensor_force_n - zero_.force_n());
   now.reaction_n = reaction_force_n(now.sensor_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
   return now;
 }
@@ -105,13 +105,15 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
 }
 
 void TapPipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
-  if (!zero_.is_followed() || (!contact_.zero_shows() && !contact_.zero_shows_in_motion())) return;
+  if (!zero_.is_followed()) return;
+  zero_.drift_on(interval);
+  if (!contact_.zero_shows() && !contact_.zero_shows_in_motion()) return;
   // Along the axis what the tool's inertia leaves unexplained; across it the inertia averages out.
-  const hal::Vector3 read_n = sample.sensor_force_n - zero_.zero().force_n;
+  const hal::Vector3 read_n = sample.sensor_force_n - zero_.force_n();
   const hal::Vector3 error_n =
       read_n + axis_.device_force_n(axis_.reaction_n(read_n) - contact_.residual_n());
-  const SensorZero error{error_n, sample.sensor_torque_n_mm - zero_.zero().torque_n_mm};
-  if (!contact_.zero_shows_in_motion()) return zero_.update(error, interval);
+  const SensorZero error{error_n, sample.sensor_torque_n_mm - zero_.torque_n_mm()};
+  if (!contact_.zero_shows_in_motion()) return zero_.update(error, motion_.velocity_mm_per_s(), interval);
   zero_.take_over(error, ReadingInMotion::kTakeOverNPerS, interval);
 }
 

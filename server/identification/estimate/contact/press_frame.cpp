@@ -78,7 +78,7 @@ void PressFrame::follow_zero(const hal::RigSample& sample) noexcept {
   rt::ContactStage3::Input input;
   input.interval = timer_.update(position_ns);
   const hal::Vector3 load_n =
-      load_.without_weight_n(sample.sensor_force_n - zero_.zero().force_n, sample.tip_orientation);
+      load_.without_weight_n(sample.sensor_force_n - zero_.force_n(), sample.tip_orientation);
   input.free_motion = {load_n * -1.0, sample.tip_position_mm, position_ns,
                        sample.time_ns - sample.force_mean_age_ns};
   input.tip_mm = sample.tip_position_mm;
@@ -98,8 +98,8 @@ void PressFrame::follow_zero(const hal::RigSample& sample) noexcept {
   rt::TickInterval interval = input.interval;
   interval.s *= kFollowsFaster;
   zero_.update({load_.in_sensor_frame(contact_.residual_n() * -1.0, sample.tip_orientation),
-                sample.sensor_torque_n_mm - zero_.zero().torque_n_mm},
-               interval);
+                sample.sensor_torque_n_mm - zero_.torque_n_mm()},
+               rt::ZeroTracker::kRestMmPerS, interval);  // it moves most of the time: no rate is learnt
 }
 
 rt::Observation PressFrame::upright(const rt::Observation& observation) const noexcept {
@@ -108,7 +108,7 @@ rt::Observation PressFrame::upright(const rt::Observation& observation) const no
   out.sample.tip_position_mm = turned(in.tip_position_mm);
   out.sample.tip_orientation = {};
   out.sample.sensor_force_n =
-      turned(load_.without_weight_n(in.sensor_force_n - zero_.zero().force_n, in.tip_orientation));
+      turned(load_.without_weight_n(in.sensor_force_n - zero_.force_n(), in.tip_orientation));
   out.sample.sensor_torque_n_mm = turned(load_.in_rig_frame(in.sensor_torque_n_mm, in.tip_orientation));
   out.device_command_n = turned(observation.device_command_n);
   out.external_position_mm = turned(observation.external_position_mm);
@@ -119,7 +119,7 @@ rt::Observation PressFrame::seated(const rt::Observation& observation) const noe
   rt::Observation out = observation;
   const hal::RigSample& in = observation.sample;
   const hal::Vector3 with_weight_n =
-      load_.without_weight_n(in.sensor_force_n - zero_.zero().force_n, in.tip_orientation) + weight_n_;
+      load_.without_weight_n(in.sensor_force_n - zero_.force_n(), in.tip_orientation) + weight_n_;
   out.sample.sensor_force_n =
       rt::rotated(rt::conjugate(rt::unit(in.tip_orientation)), with_weight_n) - weight_n_;
   return out;

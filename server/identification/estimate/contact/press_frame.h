@@ -38,7 +38,7 @@ class PressFrame {
   /// Observation with the tool as it is held, its sensor straight and biased with the tool upright.
   rt::Observation seated(const rt::Observation& observation) const noexcept;
 
-  const rt::SensorZero& zero() const noexcept { return zero_.zero(); }
+  rt::SensorZero zero() const noexcept { return zero_.zero(); }
 
  private:
   hal::Vector3 turned(const hal::Vector3& v) const noexcept { return rt::rotated(to_press_, v); }

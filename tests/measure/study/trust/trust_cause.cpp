@@ -125,6 +125,18 @@ std::vector<TrustCause> make_causes() {
       },
       {2});
   for (std::size_t i = drifts; i < all.size(); ++i) all[i].duration_s = 60.0;
+  const std::size_t left = all.size();
+  add("zero_drift_left", {1, 2, 5}, "mN/s",
+      [](SimulationConfig& rig, double mn_per_s) {
+        set(rig, "sensor_drift_n_per_s", 1e-3 * mn_per_s);
+        set(rig, "sensor_drift_bound_n", 0.3);
+      },
+      {2});
+  for (std::size_t i = left; i < all.size(); ++i) {
+    all[i].motion = TrustMotion::kLeave;
+    all[i].needs_object = true;
+    all[i].duration_s = 42.0;
+  }
   single("zero_wander", [](SimulationConfig& rig, double) {
     set(rig, "sensor_drift_n_per_s", 2e-3);
     set(rig, "sensor_drift_wanders", 1.0);

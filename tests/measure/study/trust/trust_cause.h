@@ -15,6 +15,7 @@ enum class TrustMotion : unsigned char {
   kBoth,        ///< one after the other
   kPress,       ///< presses an object, which is then gone or elsewhere; then free air
   kPressOften,  ///< presses and lets go again and again, then is waved in free air
+  kLeave,       ///< rests, presses for 8 s and leaves the object at about 1 mm/s; then presses once more
   kStroke,      ///< strokes an object over its edge and back
 };
 

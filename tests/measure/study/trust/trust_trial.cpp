@@ -100,6 +100,19 @@ std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
       acts = {{0.0, press}, {8.5, waving()}};
       break;
     }
+    case TrustMotion::kLeave: {
+      sim::HandProgram press;
+      press.kind = Kind::kPress;
+      press.force_n = trial.seed % 2 == 0 ? 2.0 : 1.0;
+      press.force_rate_n_per_s = 4.0;
+      press.approach_mm_per_s = 30.0;
+      press.hold_s = -1.0;
+      sim::HandProgram leaves;
+      leaves.place_mm = {0.0, 0.0, 15.0};
+      leaves.travel_s = 20.0;
+      acts = {{0.0, sim::HandProgram{}}, {5.0, press}, {14.0, leaves}, {36.0, press}, {39.0, waving()}};
+      break;
+    }
     case TrustMotion::kStroke: {
       sim::HandProgram stroke;
       stroke.kind = Kind::kStroke;

@@ -271,10 +271,14 @@ TEST(Renderer, TenHoursAtRestInContactDoNotDrift) {
   bench.press(-5.0, -5.0, 0.4, 50);
   bench.press(-5.0, 5.0, 0.4, 1000);
   const double at_first = bench.press(5.0, 5.0, 0.4, 1000).device_command_n.z;
-  // 36 million ticks are ten hours; a million already repeat the same state, which is what is asserted.
+  // 36 million ticks are ten hours; after a million the same state repeats. Until then what the first milliseconds of
+  // the touch taught of a drift is forgotten.
   TickRecord record;
   for (int i = 0; i < 1'000'000; ++i) record = bench.tick(bench.at_depth(5.0, 0.4));
-  EXPECT_NEAR(record.device_command_n.z, at_first, 1e-9);
+  const double later = record.device_command_n.z;
+  EXPECT_NEAR(later, at_first, 1e-3);
+  for (int i = 0; i < 1'000'000; ++i) record = bench.tick(bench.at_depth(5.0, 0.4));
+  EXPECT_NEAR(record.device_command_n.z, later, 1e-9);
 }
 
 }  // namespace
