@@ -117,7 +117,7 @@ class Program:
 
     def end(self) -> int:
         try:
-            self.process.communicate(timeout=60)
+            self.process.communicate(timeout=180)
         finally:
             self.process.kill()
         return self.process.returncode
