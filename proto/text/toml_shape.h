@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxTomlLine = 16384;  ///< bytes
 /// heights.
 inline constexpr std::size_t kMaxTomlItems = 10000;
 
-/// What is wrong with the shape of a text, for an error that also names the text.
+/// Problem with the shape of a TOML text. Whoever reports it adds which text it is.
 struct TomlShapeProblem {
   const char* what;
   std::size_t line;

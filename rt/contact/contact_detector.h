@@ -66,8 +66,9 @@ class ContactDetector {
   bool is_waiting() const noexcept {
     return reason_ == ContactReason::kAwaitingFree || reason_ == ContactReason::kWithdrawn;
   }
-  /// True if what the sensor reads besides the tool, `force_n`, shows its zero: within ε_f, and free or as
-  /// long as one that becomes free; or what was taken for a contact turned out not to be one.
+  /// True if `force_n`, what the sensor reads without the tool's own load, shows its zero. It does while it is within
+  /// ε_f and the tool is free, or has been within ε_f for as long as it takes to become free; also if what was taken
+  /// for a contact turned out not to be one.
   bool zero_shows(double force_n) const noexcept {
     if (reason_ == ContactReason::kWithdrawn) return force_n < ZeroTracker::kMaxErrorN;
     const bool is_quiet = is_free() || ticks_within_ >= arming_ticks_;

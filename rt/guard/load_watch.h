@@ -109,10 +109,10 @@ class LoadWatch {
   bool has_jumped() const noexcept { return has_jumped_; }
   /// What is to be taken off the reading, sensor frame.
   const hal::Vector3& jump_n() const noexcept { return jump_n_; }
-  /// How far the zero drifted besides, sensor frame.
+  /// Drift of the zero in addition to jump_n(), sensor frame.
   const hal::Vector3& drift_n() const noexcept { return drift_.value_n(); }
-  /// How often a zero that was waited for since its bias was found, by motion. jump_n() then has it, and drift_n() is all
-  /// that the sensor reads besides.
+  /// Number of zeros that were waited for since a bias and then found by motion. After each of them jump_n() is that
+  /// zero, and drift_n() is the rest of what the sensor reads of nothing.
   std::uint32_t found_count() const noexcept { return found_count_; }
   /// Jumps so far, and the last one.
   std::uint32_t jump_count() const noexcept { return jump_count_; }

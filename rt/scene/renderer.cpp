@@ -61,7 +61,7 @@ inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample, bool is_e
   const LoadWatch& load = guard_.load();
   if (guard_.watches_load() && load.is_waiting() && !load.has_jumped()) pipeline_->distrust_sensor();
   if (load.found_count() != found_count_) [[unlikely]] {
-    // What the pipeline has followed meanwhile may be a part of what the guard has just found.
+    // The guard has just found the whole zero. A part of it may have been followed by the pipeline already.
     found_count_ = load.found_count();
     FollowedZero zero = pipeline_->zero();
     zero.force.shift(load.drift_n() - zero.force.value_n());

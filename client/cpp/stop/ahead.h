@@ -17,7 +17,7 @@ class Ahead {
   Ahead& operator=(const Ahead&) = delete;
 
  private:
-  /// What the kernel calls sched_attr, in its first version.
+  /// Scheduling of a thread as the kernel's call reads and writes it (sched_attr, first version).
   struct Schedule {
     std::uint32_t size = sizeof(Schedule);
     std::uint32_t policy = 0;

@@ -1,4 +1,4 @@
-// What a client can do by the encryption itself to the threads that serve clients with certificates.
+// Clients that use the encryption itself to keep the threads busy that serve clients with certificates.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

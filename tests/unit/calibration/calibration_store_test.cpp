@@ -46,7 +46,7 @@ TEST(StoredCalibration, RefusesWhatIsNone) {
   EXPECT_FALSE(read_calibration(text));
 }
 
-// What is parsed before it is judged must stay small in memory, and the parser's stack as well.
+// A text is parsed before it is judged, so its size and its depth are limited.
 TEST(StoredCalibration, RefusesWhatWouldTakeTooMuchToRead) {
   const std::string whole = calibration_text(example());
   const auto with_key = [&whole](const std::string& value) {

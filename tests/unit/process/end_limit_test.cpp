@@ -9,7 +9,7 @@
 namespace hapticd::server {
 namespace {
 
-// The process is as the daemon is after it was told to end: it holds back all signals that end it, and gRPC waits.
+// The process holds back all signals that end it, and gRPC waits: so is the daemon once SIGTERM has come.
 TEST(EndLimit, EndsAProcessThatDoesNot) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(

@@ -41,7 +41,7 @@ TEST(ZeroTracker, DriftsOnWhileItCannotBeSeen) {
   for (; i < 20'000; ++i) see(tracker, zero_n(i));
   for (; i < 30'000; ++i) tracker.drift_on(kTick);  // pressed for 10 s
   EXPECT_NEAR(tracker.force_n().x, zero_n(i), 0.006) << "of 50 mN, forgotten with the time of 60 s";
-  // What has come to rest is not taken to go on for ever, nor far.
+  // A drift that has ended meanwhile is not carried on for ever, nor far.
   const double seen_n = zero_n(20'000);
   for (; i < 600'000; ++i) tracker.drift_on(kTick);
   EXPECT_NEAR(tracker.force_n().x, seen_n + DriftTracker::kMaxUnseenN, 1e-4);
