@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxTomlLine = 16384;  ///< bytes
 /// heights.
 inline constexpr std::size_t kMaxTomlItems = 10000;
 
-/// Problem with the shape of a TOML text. Whoever reports it adds which text it is.
+/// Problem with the shape of a TOML text. The caller adds which text it is.
 struct TomlShapeProblem {
   const char* what;
   std::size_t line;
