@@ -1,5 +1,7 @@
 #pragma once
 
+#include <utility>
+
 #include "hal/samples.h"
 #include "rt/signal/vector.h"
 
@@ -31,16 +33,22 @@ class DriftTracker {
 
   /// Lets `s` pass.
   void drift_on(double s) noexcept {
-    const hal::Vector3 unseen_n = within(unseen_n_ + rate_n_per_s_ * s, kMaxUnseenN);
-    value_n_ = value_n_ + (unseen_n - unseen_n_);
-    unseen_n_ = unseen_n;
+    hal::Vector3 by_n = rate_n_per_s_ * s;
     rate_n_per_s_ = rate_n_per_s_ * (1.0 - s * (1.0 / kForgetsS));
+    if (std::exchange(is_seen_, false)) {
+      unseen_n_ = by_n;
+    } else {
+      const hal::Vector3 unseen_n = within(unseen_n_ + by_n, kMaxUnseenN);
+      by_n = unseen_n - unseen_n_;
+      unseen_n_ = unseen_n;
+    }
+    value_n_ = value_n_ + by_n;
   }
   /// Corrects it by what was seen to be missing, for `s`.
   void follow(const hal::Vector3& error_n, double s, bool at_rest) noexcept {
     const hal::Vector3 e = within(error_n, kMaxErrorN);
     value_n_ = value_n_ + e * ((at_rest ? 2.0 * kOmegaPerS : kMovingPerS) * s);
-    unseen_n_ = {};
+    is_seen_ = true;
     if (!at_rest || exceeds(error_n, kTeachesN)) return;
     rate_n_per_s_ = within(rate_n_per_s_ + e * (kOmegaPerS * kOmegaPerS * s), kMaxRateNPerS);
   }
@@ -51,6 +59,7 @@ class DriftTracker {
   hal::Vector3 value_n_;
   hal::Vector3 rate_n_per_s_;
   hal::Vector3 unseen_n_;  ///< what it has drifted by since it was seen
+  bool is_seen_ = true;    ///< since the last step of the drift
 };
 
 }  // namespace hapticd::rt
