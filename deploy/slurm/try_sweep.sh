@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 out=${1:-build/slurm}
 study=$PWD/build/release/bin/hapticd_study
-readonly parts=(maps inclusions sensitivity wood extremes) shards=6
+readonly parts=(maps inclusions sensitivity extremes) shards=6
 need_slurm
 [[ -x $study ]] || { echo "$script: there is no $study; bash deploy/build.sh measure" >&2; exit 2; }
 

@@ -149,8 +149,6 @@ const std::vector<Study>& studies() {
             PlantUse::kSeparable, true},
            {"sensitivity", "stability: what each uncertain parameter does", run_stability_sensitivity,
             PlantUse::kBoth, true},
-           {"wood", "stability: the wood plate, why it is unstable and what would help", run_wood_plate,
-            PlantUse::kBoth, true},
            {"extremes", "numerical extremes of every stage", run_extremes, PlantUse::kSeparable, true},
            {"traps", "published equations that fail, next to those used here", run_traps,
             PlantUse::kSeparable},

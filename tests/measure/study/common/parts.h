@@ -28,7 +28,7 @@ Part run_faults, run_loading_error, run_loading_budget, run_onset;
 // report
 Part run_motion_precision, run_detection_precision, run_estimation_precision, run_modulation_precision;
 Part run_identification_precision, run_rate_precision, run_integrator_precision;
-Part run_stability_maps, run_inclusion_stability, run_stability_sensitivity, run_wood_plate;
+Part run_stability_maps, run_inclusion_stability, run_stability_sensitivity;
 Part run_extremes, run_traps, run_scene_economy, run_realtime_cost;
 
 }  // namespace hapticd::study

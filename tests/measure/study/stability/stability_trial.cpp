@@ -95,8 +95,7 @@ double softest_feasible_n_per_mm(const StabilityTrial& trial) {
   return rt::feasible_range(trial.object_n_per_mm(), kPressN, device_n).min_n_per_mm;
 }
 
-TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
-                       const std::function<void(double, const hal::TruthSample&)>& watch) {
+TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm) {
   rt::SceneSpec scene = trial.scene;
   // A weight that is let down bounces on a hard target, where a hand's damping catches it.
   const double gentle =
@@ -111,11 +110,6 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
   run.set_hand(hand_of(trial));
   StabilityJudge judge(trial.rig.rate_hz);
   TrialOutcome outcome;
-  double touched_s = -1.0;
-  double touched_mm = 0.0;
-  std::size_t ticks = 0;
-  std::size_t ticks_in_air = 0;
-  bool touching = false;
   bool latched = false;
   bool raised = !trial.weight;
   // Knocks count from the first touch; a weight's from the start, the first while it is still let down.
@@ -129,23 +123,7 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
     latched = run.record().guard_state == rt::GuardState::kLatched;
     const hal::TruthSample& truth = run.truth();
     const double time_s = run.time_s();
-    if (touched_s < 0.0 && truth.in_contact) {
-      touched_s = time_s;
-      touched_mm = truth.tip_position_mm.z;
-    }
-    if (touched_s >= 0.0) {
-      outcome.peak_n = std::max(outcome.peak_n, truth.normal_force_n);
-      outcome.highest_mm = std::max(outcome.highest_mm, truth.tip_position_mm.z - touched_mm);
-      ++ticks;
-      if (!truth.in_contact && run.record().in_contact) ++ticks_in_air;
-      if (touching && !truth.in_contact) ++outcome.bounces;
-      touching = truth.in_contact;
-      if (watch) watch(time_s - touched_s, truth);
-    }
-    if (latched) {
-      outcome.saturated = run.record().guard_fault == rt::GuardFault::kSensorSaturated;
-      outcome.latched_after_s = touched_s >= 0.0 ? time_s - touched_s : 0.0;
-    }
+    outcome.peak_n = std::max(outcome.peak_n, truth.normal_force_n);
     if (pressed_s < 0.0 && (truth.in_contact || time_s > kMaxApproachS)) pressed_s = time_s;
     if (latched || (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS)) {
       judge.add({truth.tip_position_mm.z, truth.normal_force_n, truth.in_contact, run.record().in_contact,
@@ -153,7 +131,6 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
     }
     if (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS + kJudgedS) break;
   }
-  if (ticks > 0) outcome.rendered_in_air = static_cast<double>(ticks_in_air) / static_cast<double>(ticks);
   outcome.at_full_pull =
       !latched && run.record().in_contact && run.record().commanded_force_n > 0.98 * full_pull_n(run);
   outcome.verdict = judge.verdict();

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,18 +56,10 @@ struct TrialOutcome {
   StabilityClass verdict = StabilityClass::kStable;
   double swing_mm = 0.0;
   double swing_n = 0.0;
-  // From the first touch on:
-  double peak_n = 0.0;            ///< of the object's force
-  std::size_t bounces = 0;        ///< how often the tip left the object
-  double highest_mm = 0.0;        ///< of the tip, over where it first touched
-  double rendered_in_air = 0.0;   ///< share of the time that contact was declared off the object
-  bool saturated = false;         ///< the guard latched because the sensor's range was left
-  double latched_after_s = -1.0;  ///< negative: it did not latch
-  bool at_full_pull = false;      ///< at the end: softer was asked for than device or sensor bear
+  double peak_n = 0.0;        ///< of the object's force
+  bool at_full_pull = false;  ///< at the end: softer was asked for than device or sensor bear
 };
-/// `watch` (may be empty) is called at every tick from the first touch on, with the time since then.
-TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
-                       const std::function<void(double since_s, const hal::TruthSample& truth)>& watch = {});
+TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm);
 
 /// The contiguous range of stable targets.
 struct StableRange {
