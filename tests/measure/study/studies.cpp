@@ -28,7 +28,6 @@ const std::vector<Study>& studies() {
            {"estimation", "direction and displacement on the same strokes", run_estimation},
            {"stability", "largest stable target while stroking", run_explore_stability},
            {"rendered", "stiffness at the simulated hand at 0.3 and 0.8 N/mm", run_explore_rendered},
-           {"phenomena", "whether the dissertation's pipeline shows what it showed there", run_phenomena},
        }},
       {"identify",
        "models from touching simulated objects and from real recordings",
