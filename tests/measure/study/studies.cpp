@@ -7,14 +7,12 @@ namespace hapticd::study {
 const std::vector<Study>& studies() {
   static const std::vector<Study> all{
       {"rig",
-       "the one-dimensional system on the simulated rig and on real recordings",
+       "the one-dimensional system on the simulated rig",
        {
            {"rendered", "stiffness at the simulated hand against the target", run_rendered_stiffness},
            {"contact", "false alarms in free motion, delay of detection", run_contact},
            {"stability", "largest stable targets and walls", run_stability},
            {"speed", "simulated time over wall-clock time", run_speed},
-           {"recordings", "contact, stiffness and rendered force on real recordings", run_recordings,
-            PlantUse::kNone},
        },
        {
            {"rendered", "the same stiffness over emulated real transports, live and next to the direct rig",

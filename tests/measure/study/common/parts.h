@@ -8,7 +8,7 @@ namespace hapticd::study {
 using Part = void(StudyContext& context);
 
 // rig
-Part run_rendered_stiffness, run_transported_stiffness, run_contact, run_stability, run_speed, run_recordings;
+Part run_rendered_stiffness, run_transported_stiffness, run_contact, run_stability, run_speed;
 // explore
 Part run_models, run_explore_contact, run_estimation, run_explore_stability, run_explore_rendered;
 // identify

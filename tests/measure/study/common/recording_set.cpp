@@ -18,7 +18,6 @@ void scale_nanoindentation(RecordingEntry& entry) {
   entry.config.force.scale = 1e7;
   entry.config.position.scale = 1e3;
   entry.config.bias_s = 1.0;  // the tool is free then
-  entry.remark = "scaled: 0.1 µN as 1 N, 1 µm as 1 mm";
 }
 
 }  // namespace
@@ -37,11 +36,6 @@ std::string no_recordings_reason() {
     return fmt::format("{} is not set; it names the folder of the recordings", kVariable);
   }
   return fmt::format("{} names no folder with recordings: '{}'", kVariable, named);
-}
-
-const std::vector<std::string>& press_sets() {
-  static const std::vector<std::string> sets{"silicone_indentation", "meat_indentation", kNanoindentation};
-  return sets;
 }
 
 std::vector<RecordingEntry> recordings_of(const std::filesystem::path& folder, const std::string& set) {

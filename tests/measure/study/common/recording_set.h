@@ -11,9 +11,8 @@ namespace hapticd::study {
 
 /// A recording and how it is shown to a scene.
 struct RecordingEntry {
-  std::string name;      ///< "silicone_indentation/cycle_3"
-  std::string set;       ///< "silicone_indentation"
-  std::string remark{};  ///< what was scaled; empty = shown as recorded
+  std::string name;  ///< "silicone_indentation/cycle_3"
+  std::string set;   ///< "silicone_indentation"
   replay::ReplayConfig config{};
 };
 
@@ -22,10 +21,7 @@ std::optional<std::filesystem::path> recordings_folder();
 /// Why there are none, for a test that skips and a study that records a failure.
 std::string no_recordings_reason();
 
-/// The sets of pressing motions with position and force.
-const std::vector<std::string>& press_sets();
-
-/// Recordings of one of the press sets below `folder`, by name; empty if there are none.
+/// Recordings of one set below `folder`, by name; empty if there are none.
 std::vector<RecordingEntry> recordings_of(const std::filesystem::path& folder, const std::string& set);
 
 }  // namespace hapticd::study

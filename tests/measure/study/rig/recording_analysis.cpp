@@ -1,6 +1,7 @@
 #include "tests/measure/study/rig/recording_analysis.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"
@@ -98,14 +99,9 @@ hal::Result<RecordingAnalysis> analyse_recording(const replay::ReplayConfig& rec
   loading.resize(std::min(loading.size(), peak + 1));
 
   SlopeFit fit;
-  for (std::size_t i = 0; i < loading.size(); ++i) {
-    const Moment& moment = loading[i];
+  for (const Moment& moment : loading) {
     if (moment.reaction_force_n > 0.9 * kReadOffForceN && moment.reaction_force_n < 1.1 * kReadOffForceN) {
       fit.add(moment.displacement_mm, moment.reaction_force_n);
-    }
-    if (i % 100 == 0 || i + 1 == loading.size()) {
-      analysis.displacement_mm.push_back(moment.displacement_mm);
-      analysis.reaction_force_n.push_back(moment.reaction_force_n);
     }
   }
   if (analysis.loading) analysis.loading->local_stiffness_n_per_mm = fit.slope();

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "hal/error.h"
 #include "hal/replay/replay_rig.h"
@@ -32,9 +31,6 @@ struct RecordingAnalysis {
   double contact_force_n = 0.0;          ///< reaction in the tick that declared it
   std::optional<LoadingPoint> loading;   ///< none if kReadOffForceN is not reached
   std::string fault;                     ///< why the guard latched, if it did
-  /// The loading for drawing, from contact to peak, a point every tenth of a second.
-  std::vector<double> displacement_mm;
-  std::vector<double> reaction_force_n;
 };
 
 /// Replays the recording through the composed scene `tap_1d`, a tick a millisecond. The reaction was recorded
