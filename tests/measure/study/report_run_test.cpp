@@ -59,7 +59,7 @@ TEST(ReportRun, LacksNothing) {
     }
   }
   for (const char* stage : {"velocity", "acceleration", "contact_detection", "direction", "displacement",
-                            "friction", "loop_rate", "telemetry_decimation", "integrator"}) {
+                            "friction", "loop_rate", "integrator"}) {
     EXPECT_GE(stages[stage].size(), 2U) << stage;
   }
   EXPECT_TRUE(std::any_of(stages.begin(), stages.end(),

@@ -135,7 +135,7 @@ const std::vector<Study>& studies() {
             run_modulation_precision, PlantUse::kSeparable},
            {"identification", "error against run time: identification of contact laws",
             run_identification_precision},
-           {"rates", "error against run time: rate of loop and telemetry", run_rate_precision},
+           {"rates", "error against run time: rate of the loop", run_rate_precision},
            {"integrators", "error against run time: the simulator's integrators and steps",
             run_integrator_precision, PlantUse::kSeparable},
            {"maps", "stability: object stiffness against target stiffness", run_stability_maps,

@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -7,18 +6,14 @@
 #include <vector>
 
 #include "rt/control/default_gains.h"
-#include "rt/loop/engine.h"
 #include "rt/scene/compose.h"
-#include "server/telemetry/telemetry_hub.h"
 #include "tests/measure/report/run_time.h"
 #include "tests/measure/report/work_precision.h"
-#include "tests/measure/study/common/hands.h"
 #include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/press.h"
 #include "tests/measure/study/common/rig_study.h"
 #include "tests/measure/study/common/virtual_run.h"
-#include "tests/measure/study/precision/motion/decimation.h"
 
 namespace hapticd::study {
 
@@ -29,8 +24,6 @@ using report::significant;
 
 constexpr const char* kDevice = "phantom_1_0";
 constexpr double kShippedHz = 1000.0;
-
-// --- rate of the loop ---
 
 PressTask press_at(double rate_hz, const std::string& object, double target, double force_n,
                    double force_rate_n_per_s) {
@@ -166,7 +159,9 @@ std::string rate_name(double rate_hz) {
   return significant(1e-3 * rate_hz, 1) + " kHz";
 }
 
-void study_loop_rate(StudyContext& context) {
+}  // namespace
+
+void run_rate_precision(StudyContext& context) {
   const std::vector<double> rates_hz{500.0, 1000.0, 2000.0, 4000.0, 5000.0, 10000.0};
   report::WorkPrecision stage;
   stage.stage = "loop_rate";
@@ -211,136 +206,6 @@ void study_loop_rate(StudyContext& context) {
       "noise, at any rate. At 4 kHz ticks of two and three physics steps by turns, beating with the "
       "encoder's steps, look like jerk, and with it the force that counts as none grows: the simulator's "
       "doing, and what a loop with such jitter would get.");
-}
-
-// --- rate of the telemetry ---
-
-/// Reaction force as the loop shows it, once a tick.
-std::vector<double> forces_of(const sim::HandProgram& hand, double duration_s) {
-  sim::SimulationConfig rig;
-  rig.object = "rubber_ball";
-  rt::SceneSpec scene;
-  scene.name = "tap_1d";
-  scene.target.stiffness_n_per_mm = 0.7;
-  VirtualRun run(rig, scene);
-  run.set_hand(hand);
-  std::vector<double> forces_n;
-  while (run.time_s() < duration_s) {
-    run.step();
-    forces_n.push_back(run.record().reaction_force_n);
-  }
-  return forces_n;
-}
-
-/// Nanoseconds a tick of an engine without a scene, of the hub's rounds (two ticks each, as at 1 kHz) and of
-/// a subscriber that takes every batch; without a subscriber if the decimation is 0.
-double hub_ns_per_tick(std::uint32_t decimation, double seconds) {
-  auto rig = sim::SimulatedRig::create({});
-  rt::Engine engine(**rig);
-  server::TelemetryHub hub(engine);
-  std::shared_ptr<server::Subscription> subscription;
-  if (decimation > 0) {
-    server::SubscriptionOptions options;
-    options.decimation = decimation;
-    subscription = hub.subscribe(options);
-  }
-  server::Subscription::Batch batch;
-  server::Subscription::Clock::time_point now{};
-  hal::RigSample sample;
-  constexpr int kTicks = 4000;
-  return report::run_time_ns(
-      kTicks,
-      [&] {
-        double sum = 0.0;
-        for (int i = 0; i < kTicks; ++i) {
-          sample.tick += 1;
-          sample.time_ns += 1'000'000;
-          sum += engine.on_tick(sample).force_n.z;
-          if (i % 2 == 0) continue;
-          now += std::chrono::milliseconds(2);
-          hub.pump(now);
-          while (subscription && subscription->take(batch, now)) {
-            for (const auto& entry : batch.entries) sum += entry.record().reaction_force_n;
-          }
-        }
-        return sum;
-      },
-      seconds);
-}
-
-void study_telemetry(StudyContext& context) {
-  const double duration_s = context.quick ? 10.0 : 60.0;
-  const std::vector<double> taps = forces_of(tapping(300.0), duration_s);
-  sim::HandProgram press = pressing(1.5);
-  press.hold_s = 0.5;
-  press.repetitions = -1;
-  const std::vector<double> presses = forces_of(press, duration_s);
-  constexpr double kContactN = 0.1;
-  const double seconds = context.quick ? 0.002 : 0.1;
-  const double alone_ns = hub_ns_per_tick(0, seconds);
-
-  report::WorkPrecision stage;
-  stage.stage = "telemetry_decimation";
-  stage.error_name = "force error in taps, rms of rms";
-  stage.logarithmic_error = false;
-  stage.remark =
-      "Reaction force of every tick at 1 kHz (tap_1d, rubber ball at 0.7 N/mm, " + fixed(duration_s, 0) +
-      " s, taps at 300 mm/s), rebuilt on straight lines between what a subscriber gets; mean over the phases "
-      "a "
-      "decimation can have. Decimation picks ticks; the means are for comparison and not offered.\nRun time: "
-      "an engine's tick without a scene (" +
-      significant(alone_ns, 3) +
-      " ns with the hub's rounds but no subscriber), the hub's round every 2 ms and one subscriber taking "
-      "batches of 20; neither conversion to messages nor network.";
-  report::MarkdownTable table({"decimation", "error, taps %", "error, presses %", "peak of a tap missed %",
-                               "worst peak %", "error by means, taps %", "peak by means %",
-                               "power beyond half the rate %", "kB/s"});
-  for (const std::uint32_t n : {1U, 2U, 5U, 10U, 20U, 50U, 100U}) {
-    const DecimationLoss picked = decimation_loss(taps, n, Decimation::kPicks, kContactN);
-    const DecimationLoss pressed = decimation_loss(presses, n, Decimation::kPicks, kContactN);
-    const DecimationLoss averaged = decimation_loss(taps, n, Decimation::kMeans, kContactN);
-    report::Method method{"1 in " + std::to_string(n)};
-    method.error = picked.rms_share;
-    method.run_time_ns = hub_ns_per_tick(n, seconds);
-    method.is_default = n == 1;
-    stage.methods.push_back(method);
-    for (const auto& [name, loss] : {std::pair{"picks", &picked}, std::pair{"means", &averaged}}) {
-      report::Figure peak{"telemetry_peak_missed", {{"decimation", n}, {"method", name}}, loss->peak_share};
-      context.report.add(peak);
-    }
-    table.add_row({std::to_string(n), fixed(100.0 * picked.rms_share, 2), fixed(100.0 * pressed.rms_share, 2),
-                   fixed(100.0 * picked.peak_share, 2), fixed(100.0 * picked.worst_peak_share, 1),
-                   fixed(100.0 * averaged.rms_share, 2), fixed(100.0 * averaged.peak_share, 2),
-                   fixed(100.0 * power_beyond(taps, 0.5 / n), 3),
-                   fixed(1e-3 * kShippedHz / n * sizeof(rt::TickRecord), 0)});
-  }
-  add_stage(context.report, stage);
-  context.report.add_table(
-      "telemetry_decimation", "What a decimated subscriber misses", table,
-      "Missed of a peak: 1 - largest force reported/largest force, by tap; worst: over taps "
-      "and phases. Power: of "
-      "the force less its mean, at frequencies beyond half the telemetry's rate; it "
-      "does not vanish but folds "
-      "down to lower ones.\nkB/s: records as they lie in memory, " +
-          std::to_string(sizeof(rt::TickRecord)) +
-          " bytes each; messages on the network are smaller or larger "
-          "by the groups asked for.");
-  context.report.say(
-      "Presses survive a decimation of 20 within a per cent; a tap lasts some tens of milliseconds, so 1 in "
-      "10 "
-      "already misses a few per cent of its peak and 1 in 50 whole taps. Ticks are picked, not averaged: "
-      "what is "
-      "faster than half the rate folds down, but up to 1 in 10 there is hardly any, and a mean would flatten "
-      "peaks more than picking misses them. Decimation saves bytes, hardly time: the hub's cost is mostly "
-      "its "
-      "rounds.");
-}
-
-}  // namespace
-
-void run_rate_precision(StudyContext& context) {
-  study_loop_rate(context);
-  study_telemetry(context);
 }
 
 }  // namespace hapticd::study
