@@ -13,7 +13,6 @@
 
 #include "tests/measure/study/common/page.h"
 #include "tests/measure/study/common/plant.h"
-#include "tests/measure/study/plant_comparison.h"
 #include "tests/measure/study/common/study.h"
 #include "tests/measure/report/provenance.h"
 
@@ -104,7 +103,6 @@ int run(const Study& study, const Options& options) {
     std::cout << "(" << hapticd::report::fixed(took.count(), 1) << " s)" << std::endl;
   }
   report.set_condition("", "", "");
-  if (cells.shard().is_whole()) hapticd::study::compare_plants(report, std::string(study.name) + "_plants");
   if (cells.shard().is_whole()) {
     if (study.summarize != nullptr) study.summarize(context);
     hapticd::study::write_page(study, context);

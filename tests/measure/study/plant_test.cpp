@@ -1,4 +1,4 @@
-// The study-wide plant, both side by side, and what real silicone says about the general law.
+// The study-wide plant, and what real silicone says about the general law.
 
 #include "tests/measure/study/common/plant.h"
 
@@ -8,16 +8,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "hal/sim/object/general_material.h"
 #include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/recording_set.h"
-#include "tests/measure/study/plant_comparison.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -39,39 +35,6 @@ TEST(StudyPlant, ModelsAreIdentifiedOnTheCurrentOne) {
   const rt::ObjectModel general = identified("rubber_ball_3d").model;
   EXPECT_NE(general.identified_on, separable.identified_on);
   EXPECT_GT(std::abs(general.creep->parameters.weight[0] - separable.creep->parameters.weight[0]), 0.05);
-}
-
-TEST(PlantComparison, PutsBothSideBySide) {
-  const test::TemporaryFolder folder;
-  report::Report report(folder.path());
-  for (const auto& [plant, values] : {std::pair{"separable", std::vector{1.0, 3.0}}, {"general", {2.0}}}) {
-    report.set_condition("plant", plant, "");
-    int object = 0;
-    for (const double value : values) {
-      report.add({.figure = "error",
-                  .conditions = {{"object", "object " + std::to_string(++object)}, {"law", "creep"}},
-                  .value = value});
-    }
-  }
-  report.add({.figure = "error", .conditions = {{"object", "wood"}, {"law", "creep"}}, .failed = "it broke"});
-  report.set_condition("", "", "");
-  report.add({.figure = "error", .conditions = {{"file", "a recording"}}, .value = 7.0});
-  compare_plants(report, "both");
-  std::ostringstream text;
-  text << std::ifstream(folder.path() + "/plants.md").rdbuf();
-  EXPECT_NE(text.str().find("law creep"), std::string::npos);
-  EXPECT_NE(text.str().find("1.00 … 3.00"), std::string::npos) << text.str();
-  EXPECT_NE(text.str().find("2.00 (1 without)"), std::string::npos) << "a failed case is reported";
-  EXPECT_EQ(text.str().find("7.00"), std::string::npos) << "what has no plant is not compared";
-}
-
-TEST(PlantComparison, OfOneAloneIsNone) {
-  const test::TemporaryFolder folder;
-  report::Report report(folder.path());
-  report.set_condition("plant", "separable", "");
-  report.add({.figure = "error", .value = 1.0});
-  compare_plants(report, "both");
-  EXPECT_FALSE(std::filesystem::exists(folder.path() + "/plants.md"));
 }
 
 struct Row {

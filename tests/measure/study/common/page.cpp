@@ -136,7 +136,7 @@ void add_dearest(report::Report& report) {
 
 /// Figures in the order of the walk, then stability, extremes, cost.
 std::vector<std::string> order_of(const Study& study) {
-  std::vector<std::string> order{kSummary, std::string(study.name) + "_plants"};
+  std::vector<std::string> order{kSummary};
   for (const StudyPart& part : study.parts) {
     for (const sim::Plant plant : {sim::Plant::kSeparable, sim::Plant::kGeneral}) {
       order.push_back(std::string(study.name) + '_' + part.name + plant_suffix(plant));
