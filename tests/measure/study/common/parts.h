@@ -12,7 +12,7 @@ Part run_rendered_stiffness, run_transported_stiffness, run_contact, run_stabili
 // explore
 Part run_models, run_explore_contact, run_estimation, run_explore_stability, run_explore_rendered;
 // identify
-Part run_identify_contact, run_identify_friction, run_identify_rig, run_identify_gains;
+Part run_identify_contact, run_identify_friction, run_identify_rig;
 Part run_identify_shipped_models, run_identify_transport;
 Part run_identify_contact_recordings, run_identify_compression_recordings, run_identify_friction_recordings;
 Part run_identify_handover;

@@ -6,13 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "rt/contact/free_motion_residual.h"
-#include "rt/signal/tool_load.h"
 #include "rt/signal/vector.h"
-#include "rt/target/largest_target.h"
-#include "server/identification/session/gains_identification.h"
 #include "server/identification/session/structural_identification.h"
-#include "server/identification/session/threshold_identification.h"
 #include "server/identification/session/tool_identification.h"
 #include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
@@ -23,7 +18,6 @@ namespace hapticd::study {
 
 namespace {
 
-using test::demand;
 using test::value_of;
 
 using report::fixed;
@@ -219,179 +213,11 @@ void tool(StudyContext& context) {
       "the tip, so that turning accelerates it.");
 }
 
-// ---- threshold ----
-
-/// Seconds of fresh free motion that raise an alarm at a threshold: another hand (seed), motions as before.
-double alarms_per_minute(sim::SimulationConfig config, double threshold_n, const sim::HandProgram& program,
-                         double seconds) {
-  config.seed += 1000;
-  const auto rig = rig_of(config);
-  demand(rig->set_program(program));
-  const rt::ToolLoad load(config.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0});
-  rt::FreeMotionResidual3 residual(config.tool_mass_g, config.rate_hz);
-  hal::RigSample sample;
-  int alarms = 0;
-  bool above = false;
-  const int ticks = static_cast<int>(seconds * config.rate_hz);
-  for (int i = 0; i < ticks; ++i) {
-    rig->read(sample);
-    rig->write({});
-    const double r = rt::norm(
-        residual.update(load.without_weight_n(sample) * -1.0, sample.tip_position_mm, sample.time_ns, false));
-    const bool now = r > threshold_n && i > 500;
-    if (now && !above) ++alarms;
-    above = now;
-  }
-  return 60.0 * alarms / seconds;
-}
-
-void threshold(StudyContext& context) {
-  report::MarkdownTable table({"device", "threshold N", "± N", "largest seen N", "margin", "watched s",
-                               "alarms a minute: sway", "strikes 220 mm/s", "shaken 1 N 5 Hz", "converged"});
-  for (const std::string& device : devices()) {
-    sim::SimulationConfig config{.device = device, .object = "sponge_block"};
-    report::Figure figure{"threshold", {{"device", device}}};
-    figure.unit = "N";
-    figure.reference = 0.015;
-    figure.source = "D§3.2.2";
-    identification::ThresholdIdentification identification({.duration_s = 30.0}, rig_of(config)->info());
-    const SessionResult session = run_session(identification, config, context.quick ? 40.0 : 180.0);
-    const auto result = identification.finish();
-    if (!result) {
-      figure.failed = result.error().text();
-      context.report.add(figure);
-      continue;
-    }
-    const auto& model = std::get<rt::ThresholdModel>(result->content);
-    figure.value = model.threshold_n;
-    context.report.add(figure);
-    config.object = "none";
-    sim::HandProgram sway{.kind = sim::HandProgram::Kind::kSway,
-                          .speed_mm_per_s = 200.0,
-                          .rate_hz = 1.2,
-                          .hold_s = -1.0,
-                          .tilt_deg = 40.0};
-    sim::HandProgram strikes{.kind = sim::HandProgram::Kind::kTap,
-                             .speed_mm_per_s = 220.0,
-                             .repetitions = -1,
-                             .place_mm = {0.0, 0.0, 80.0}};
-    sim::HandProgram shake{.kind = sim::HandProgram::Kind::kShake, .force_n = 1.0, .rate_hz = 5.0};
-    const double seconds = context.quick ? 10.0 : 60.0;
-    std::vector<std::string> row{
-        device,
-        fixed(model.threshold_n, 4),
-        fixed(deviation_of(session.progress, "threshold_n"), 4),
-        fixed(model.largest_residual_n, 4),
-        fixed(100.0 * (model.threshold_n / model.largest_residual_n - 1.0), 0) + " %",
-        fixed(model.observed_s, 0)};
-    struct Check {
-      const char* motion;
-      const sim::HandProgram* program;
-    };
-    for (const Check& check : {Check{"sway", &sway}, Check{"strikes", &strikes}, Check{"shake", &shake}}) {
-      report::Figure alarms{"threshold_false_alarms", {{"device", device}, {"motion", check.motion}}};
-      alarms.unit = "1/min";
-      alarms.goal = 0.0;
-      alarms.source = "D§3.2.2; on motion not used for the threshold";
-      alarms.value = alarms_per_minute(config, model.threshold_n, *check.program, seconds);
-      context.report.add(alarms);
-      row.push_back(fixed(*alarms.value, 1));
-    }
-    row.push_back(result->converged ? "yes" : "no");
-    table.add_row(row);
-  }
-  context.report.add_table(
-      "identify_threshold", "Contact threshold without a false alarm in free motion", table,
-      "Rest, sway and strikes into the air take turns. The threshold is what the worst class of "
-      "motion exceeds once in ten minutes, by an exponential tail.");
-}
-
-// ---- gains ----
-
-void gains(StudyContext& context) {
-  report::MarkdownTable table({"device", "amplifier pole Hz", "object", "target N/mm", "Kp from", "K_c",
-                               "T_c ms", "Kp", "Kd ms", "greatest swing mm", "force N", "verified",
-                               "remark"});
-  struct Case {
-    const char* device;
-    double amplifier_hz;
-    const char* object;
-    double target;
-  };
-  // The largest target that scenes grant, and one below it.
-  constexpr double kMax = rt::kMaxTargetNPerMm;
-  constexpr double kLess = 0.7 * kMax;
-  const std::vector<Case> cases{{"phantom_1_0", 300.0, "sponge_block", kMax},
-                                {"phantom_1_0", 300.0, "sponge_block", kLess},
-                                {"phantom_1_0", 300.0, "wood_plate", kMax},
-                                {"phantom_1_0", 20.0, "sponge_block", kMax},
-                                {"phantom_1_5_high_force", 300.0, "sponge_block", kMax},
-                                {"phantom_1_5_high_force", 300.0, "sponge_cut", kLess},
-                                {"phantom_1_5_high_force", 30.0, "sponge_block", kMax},
-                                {"phantom_1_5_high_force", 20.0, "sponge_block", kMax}};
-  for (const Case& c : cases) {
-    if (context.quick && (c.target != kMax || c.amplifier_hz != 300.0)) continue;
-    sim::SimulationConfig config{.device = c.device, .object = c.object};
-    config.amplifier_pole_hz = c.amplifier_hz;
-    report::Figure figure{"ultimate_gain_identified",
-                          {{"device", c.device},
-                           {"amplifier_pole_hz", c.amplifier_hz},
-                           {"object", c.object},
-                           {"target_n_per_mm", c.target}}};
-    identification::GainsIdentification identification({.target_stiffness_n_per_mm = c.target},
-                                                       rig_of(config)->info());
-    double swing = 0.0, force_n = 0.0, slow = 10.0;
-    const SessionResult session = run_session(
-        identification, config, 240.0, [&](const rt::Observation& o, const hal::TruthSample& truth) {
-          // What the hand meets at worst while force is rendered; a slow mean leaves the press itself out.
-          const double z = truth.tip_position_mm.z;
-          slow += 0.02 * (z - slow);
-          force_n = std::max(force_n, std::abs(o.device_command_n.z));
-          if (truth.in_contact && std::abs(o.device_command_n.z) > 0.3) {
-            swing = std::max(swing, std::abs(z - slow));
-          }
-        });
-    const auto result = identification.finish();
-    if (!result) {
-      figure.failed = result.error().text();
-      context.report.add(figure);
-      table.add_row({c.device, fixed(c.amplifier_hz, 0), c.object, fixed(c.target, 1), "", "", "", "", "",
-                     fixed(swing, 2), fixed(force_n, 1), "no", result.error().value});
-      continue;
-    }
-    const auto& model = std::get<rt::GainsModel>(result->content);
-    const bool limit = model.ultimate_gain >= identification::GainsIdentification::kControllerLimit;
-    figure.value = model.ultimate_gain;
-    figure.source = limit ? "at least: the controller's own limit comes first" : "D§3.3.2";
-    context.report.add(figure);
-    double lowest = 0.0;
-    for (const rt::EstimatedParameter& p : session.progress.parameters) {
-      if (p.name == "lowest_holding_gain") lowest = p.value;
-    }
-    table.add_row({c.device, fixed(c.amplifier_hz, 0), c.object, fixed(c.target, 1), fixed(lowest, 2),
-                   (limit ? "≥ " : "") + fixed(model.ultimate_gain, 2),
-                   limit ? report::kNoNumber : fixed(model.ultimate_period_ms, 1),
-                   fixed(model.proportional_gain, 2), fixed(model.derivative_ms, 3), fixed(swing, 2),
-                   fixed(force_n, 1), result->converged ? "yes" : "no",
-                   limit ? "the controller's own limit, Kp = 2, comes first" : ""});
-  }
-  context.report.add_table(
-      "identify_gains", "Gains at the ultimate gain, pressed by a hand", table,
-      "Kp rises by 15 % a press, Kd = 0, 2 N; Kp = 0.6 K_c, Kd = Kp T_c/8 within a quarter of what "
-      "the stable region admits, tried once. A hand damps what a bare weight would not: with the "
-      "amplifier of 300 Hz the controller's own limit comes before any oscillation.");
-}
-
 }  // namespace
 
 void run_identify_rig(StudyContext& context) {
   structural(context);
   tool(context);
-  threshold(context);
-}
-
-void run_identify_gains(StudyContext& context) {
-  gains(context);
 }
 
 }  // namespace hapticd::study
