@@ -21,7 +21,6 @@ const std::vector<Study>& studies() {
       {"explore",
        "stiffness modulation in three dimensions, next to the dissertation's pipeline and figures",
        {
-           {"models", "what is identified on the four objects; the models as files", run_models},
            {"contact", "threshold without false alarms, delay of detection", run_explore_contact},
            {"estimation", "direction and displacement on the same strokes", run_estimation},
            {"stability", "largest stable target while stroking", run_explore_stability},

@@ -10,7 +10,7 @@ using Part = void(StudyContext& context);
 // rig
 Part run_rendered_stiffness, run_transported_stiffness, run_contact, run_stability, run_speed;
 // explore
-Part run_models, run_explore_contact, run_estimation, run_explore_stability, run_explore_rendered;
+Part run_explore_contact, run_estimation, run_explore_stability, run_explore_rendered;
 // identify
 Part run_identify_contact, run_identify_friction, run_identify_rig;
 Part run_identify_shipped_models, run_identify_transport;
