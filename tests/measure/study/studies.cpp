@@ -114,12 +114,6 @@ const std::vector<Study>& studies() {
            {"settings", "all settings that are accepted, at random: force in free air, steps of force",
             run_settings, PlantUse::kSeparable, true},
        }},
-      {"pose",
-       "poses for those who draw: when a contact began, and where the tool will be",
-       {
-           {"prediction", "poses 20 to 100 ms ahead, against none predicted, and their stated error",
-            run_pose_prediction, PlantUse::kSeparable},
-       }},
       {"report",
        "error against run time, stability, numerical extremes, what scenes and loop cost",
        {

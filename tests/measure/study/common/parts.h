@@ -16,8 +16,8 @@ Part run_identify_contact, run_identify_friction, run_identify_rig;
 Part run_identify_shipped_models, run_identify_transport;
 Part run_identify_contact_recordings, run_identify_compression_recordings, run_identify_friction_recordings;
 Part run_identify_handover;
-// tumour, registration, pose
-Part run_tumour_force, run_inclusion_place, run_registration, run_pose_prediction;
+// tumour, registration
+Part run_tumour_force, run_inclusion_place, run_registration;
 // experiments: each a program in Python
 Part run_estimators, run_chain, run_resume, run_guided_presses, run_python_telemetry;
 // friction, transients
