@@ -1,8 +1,6 @@
 #include <cmath>
-#include <numbers>
 #include <optional>
 
-#include "server/identification/estimate/contact/surface_scan.h"
 #include "server/identification/session/friction_identification.h"
 #include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
@@ -25,11 +23,8 @@ constexpr double kValidationMm = 50.0;
 
 struct Identified {
   SessionResult session;
-  std::optional<rt::IdentifiedModel> model;   ///< Dahl's exponent 1, or Coulomb-viscous
-  std::optional<rt::IdentifiedModel> bent;    ///< the exponent found as well
-  std::optional<rt::IdentifiedModel> chosen;  ///< the law that the data ask for, as the service identifies it
+  std::optional<rt::IdentifiedModel> model;  ///< Dahl's exponent 1, or Coulomb-viscous
   std::string failed;
-  double normal_error_deg = 0.0;  ///< rms of the scan's normals against the true ones, on validation strokes
   std::vector<FrictionInstant> strokes;
 };
 
@@ -41,18 +36,8 @@ Identified identified_on(const std::string& object, rt::Tip tip) {
   task.tip = tip;
   task.exponent_is_one = true;
   identification::FrictionIdentification identification(task, info);
-  task.exponent_is_one = false;
-  task.exponent = true;
-  identification::FrictionIdentification with_exponent(task, info);
-  identification::FrictionIdentification by_data({.tip = tip}, info);
-  identification::SurfaceScan scan(task.threshold_n, info);
   Identified result;
-  result.session = run_session(identification, config, kLimitS,
-                               [&](const rt::Observation& observation, const hal::TruthSample&) {
-                                 with_exponent.add(observation);
-                                 by_data.add(observation);
-                                 scan.add(observation.sample);
-                               });
+  result.session = run_session(identification, config, kLimitS);
   auto model = identification.finish();
   if (!model) {
     result.failed = model.error().text();
@@ -61,23 +46,7 @@ Identified identified_on(const std::string& object, rt::Tip tip) {
   model->object = object;
   model->data_reference = "sim:" + object;
   result.model = *model;
-  if (auto bent = with_exponent.finish()) result.bent = *bent;
-  if (auto chosen = by_data.finish()) result.chosen = *chosen;
   result.strokes = validation_strokes(object, tip_name, kValidationMm);
-  if (const auto surface = scan.surface()) {
-    double sum = 0.0;
-    double count = 0.0;
-    for (const FrictionInstant& s : result.strokes) {
-      const auto normal = identification::normal_at(*surface, s.tip_mm);
-      if (!normal) continue;
-      // In the plane of the line and up: the scan sees no other.
-      const double angle =
-          std::atan2(normal->direction.x, normal->direction.z) - std::atan2(s.true_normal.x, s.true_normal.z);
-      sum += angle * angle;
-      count += 1.0;
-    }
-    result.normal_error_deg = std::sqrt(sum / count) * 180.0 / std::numbers::pi;
-  }
   return result;
 }
 
@@ -94,26 +63,6 @@ double error_of(const rt::IdentifiedModel& model, const std::string& name) {
 
 std::string with_error(double value, double error, int digits = 3) {
   return significant(value, digits) + " ± " + significant(error, 1);
-}
-
-const char* law_of(const rt::IdentifiedModel& model) {
-  const rt::FrictionParameters& p = friction_of(model);
-  return p.maxwell_slip ? "maxwell_slip" : p.exponent == 1.0 ? "dahl" : "dahl_exponent";
-}
-
-/// Error of the law that the data chose, and which it was; next to it that of Dahl's law with exponent 1.
-std::string add_chosen(StudyContext& context, const std::string& object, const Identified& found,
-                       double dahl_error) {
-  if (!found.chosen) return report::kNoNumber;
-  const std::string law = law_of(*found.chosen);
-  const double error = judge_friction(found.strokes, friction_of(*found.chosen)).error;
-  report::Figure figure{"friction_error_chosen_law", {{"object", object}, {"tip", "rod"}, {"law", law}}};
-  figure.value = error;
-  figure.goal = dahl_error;
-  figure.reference = dahl_error;
-  figure.source = "law chosen by held-out strokes of the identification; reference: Dahl, exponent 1";
-  context.report.add(figure);
-  return fixed(100.0 * error, 1) + " (" + law + ")";
 }
 
 /// Error of the dissertation's rod (D§4.4.1).
@@ -138,8 +87,7 @@ void add_figure(StudyContext& context, const std::string& name, const std::strin
 
 void study_rod(StudyContext& context) {
   report::MarkdownTable table({"object", "error %", "D %", "sliding %", "at rest too %", "mean of ratios %",
-                               "exponent found %", "law by the data %", "μ_k", "δ mm", "μ_b N·s/mm",
-                               "exponent", "normals °", "converged s"});
+                               "μ_k", "δ mm", "μ_b N·s/mm", "converged s"});
   for (const std::string& object : explored_objects()) {
     if (context.quick && object != "foam_ball_3d") continue;
     const double published = published_error(object);
@@ -149,22 +97,15 @@ void study_rod(StudyContext& context) {
       continue;
     }
     const FrictionJudgement plain = judge_friction(found.strokes, friction_of(*found.model));
-    std::optional<FrictionJudgement> bent;
-    if (found.bent) bent = judge_friction(found.strokes, friction_of(*found.bent));
     add_figure(context, "friction_error", object, "rod", plain.error, published, "");
     const rt::FrictionParameters& p = friction_of(*found.model);
-    table.add_row(
-        {object, fixed(100.0 * plain.error, 1), fixed(100.0 * published, 0),
-         fixed(100.0 * plain.sliding_error, 1), fixed(100.0 * plain.error_at_rest_too, 1),
-         fixed(100.0 * plain.mean_of_ratios, 1), bent ? fixed(100.0 * bent->error, 1) : report::kNoNumber,
-         add_chosen(context, object, found, plain.error),
-         with_error(p.kinetic, error_of(*found.model, "kinetic")),
-         with_error(p.presliding_mm, error_of(*found.model, "presliding_mm")),
-         with_error(p.viscous_n_s_per_mm, error_of(*found.model, "viscous_n_s_per_mm"), 2),
-         found.bent ? with_error(friction_of(*found.bent).exponent, error_of(*found.bent, "exponent"), 2)
-                    : report::kNoNumber,
-         fixed(found.normal_error_deg, 2),
-         found.session.converged_s >= 0.0 ? fixed(found.session.converged_s, 1) : "no"});
+    table.add_row({object, fixed(100.0 * plain.error, 1), fixed(100.0 * published, 0),
+                   fixed(100.0 * plain.sliding_error, 1), fixed(100.0 * plain.error_at_rest_too, 1),
+                   fixed(100.0 * plain.mean_of_ratios, 1),
+                   with_error(p.kinetic, error_of(*found.model, "kinetic")),
+                   with_error(p.presliding_mm, error_of(*found.model, "presliding_mm")),
+                   with_error(p.viscous_n_s_per_mm, error_of(*found.model, "viscous_n_s_per_mm"), 2),
+                   found.session.converged_s >= 0.0 ? fixed(found.session.converged_s, 1) : "no"});
     for (const std::string& remark : found.session.progress.remarks)
       report::Report::note(object + ": " + remark);
     for (const std::string& word : found.session.progress.missing)
@@ -181,14 +122,12 @@ void study_rod(StudyContext& context) {
       "friction round and the encoders, held by the device's own, see nothing of it. Mean of ratios: mean of "
       "|predicted - true| / |true| where |true| "
       "is "
-      "above a fifth of its mean. Law by the data: what the service identifies, Dahl's or Maxwell-slip, as "
-      "strokes held out of the fit ask for. Normals: rms error of the scan's, in the plane of the line and "
-      "up.");
+      "above a fifth of its mean.");
 }
 
 void study_bearing(StudyContext& context) {
   report::MarkdownTable table(
-      {"object", "error %", "by D's constants %", "μ_k", "μ_b N·s/mm", "normals °", "converged s"});
+      {"object", "error %", "by D's constants %", "μ_k", "μ_b N·s/mm", "converged s"});
   std::vector<std::string> objects{"sponge_cut",    "foam_ball_3d", "rubber_ball_3d",
                                    "silicone_rest", "sponge_block", "rubber_eraser"};
   if (context.quick) objects.resize(3);
@@ -206,7 +145,6 @@ void study_bearing(StudyContext& context) {
                    fixed(100.0 * judge_friction(found.strokes, rt::kBallBearingFriction).error, 1),
                    with_error(p.kinetic, error_of(*found.model, "kinetic")),
                    with_error(p.viscous_n_s_per_mm, error_of(*found.model, "viscous_n_s_per_mm"), 2),
-                   fixed(found.normal_error_deg, 2),
                    found.session.converged_s >= 0.0 ? fixed(found.session.converged_s, 1) : "no"});
     for (const std::string& word : found.session.progress.missing) {
       report::Report::note(object + " misses: " + word);
