@@ -35,9 +35,8 @@ struct Conditions {
   rt::FrictionParameters friction;
 };
 
-Conditions conditions_of(const std::string& object, const std::string& tip) {
-  if (tip == "rod") return {rt::FrictionLaw::kDahl, *identified(object).model.rod_friction};
-  return {rt::FrictionLaw::kCoulombViscous, rt::kBallBearingFriction};
+Conditions conditions_of(const std::string& object) {
+  return {rt::FrictionLaw::kDahl, *identified(object).model.rod_friction};
 }
 
 // --- direction ---
@@ -159,7 +158,8 @@ const std::vector<DisplacementMethod>& displacement_methods() {
   return methods;
 }
 
-std::vector<Watching> watching(const std::string& object, rt::Tip tip) {
+std::vector<Watching> watching(const std::string& object) {
+  constexpr rt::Tip tip = rt::Tip::kRod;
   std::vector<Watching> all;
   for (const DisplacementMethod& method : displacement_methods()) {
     const IdentificationResult& models = identified(object);
@@ -233,7 +233,7 @@ void judge_displacement(const StrokeLog& log, std::size_t method, std::vector<do
 
 // --- both ---
 
-/// Errors of all methods on one object with one tip.
+/// Errors of all methods on one object.
 struct Judged {
   std::vector<DirectionErrors> direction;
   std::vector<std::vector<double>> displacement;
@@ -246,8 +246,8 @@ struct Timed {
 
 struct Data {
   std::vector<std::string> objects;
-  std::map<std::pair<std::string, std::string>, Judged> judged;  ///< by tip and object
-  Timed timed;                                                   ///< the rod's first strokes
+  std::map<std::string, Judged> judged;  ///< by object
+  Timed timed;                           ///< the first strokes
   std::size_t strokes = 0;
 };
 
@@ -259,43 +259,40 @@ Data judge_all(const std::vector<DirectionMethod>& directions, bool quick) {
   const std::vector<double> forces_n = quick ? std::vector<double>{4.0} : std::vector<double>{2, 4, 6};
   const std::vector<double> speeds =
       quick ? std::vector<double>{150.0} : std::vector<double>{50, 100, 150, 200};
-  for (const std::string tip : {"rod", "ball_bearing"}) {
-    for (const std::string& object : data.objects) {
-      const Conditions conditions = conditions_of(object, tip);
-      const std::vector<Watching> pipelines =
-          watching(object, tip == "rod" ? rt::Tip::kRod : rt::Tip::kBallBearing);
-      Judged& judged = data.judged[{tip, object}];
-      judged.direction.resize(directions.size());
-      judged.displacement.resize(pipelines.size());
-      std::uint64_t seed = 1;
-      for (const double force_n : forces_n) {
-        for (const double speed : speeds) {
-          StrokeLog log = log_strokes(object, tip, force_n, speed, ++seed, pipelines);
-          for (std::size_t m = 0; m < directions.size(); ++m) {
-            judge_direction(log, directions[m].replay(log, conditions), judged.direction[m]);
-          }
-          for (std::size_t m = 0; m < pipelines.size(); ++m) {
-            judge_displacement(log, m, judged.displacement[m]);
-          }
-          ++data.strokes;
-          if (data.timed.object.empty()) data.timed = {std::move(log), object};
+  for (const std::string& object : data.objects) {
+    const Conditions conditions = conditions_of(object);
+    const std::vector<Watching> pipelines = watching(object);
+    Judged& judged = data.judged[object];
+    judged.direction.resize(directions.size());
+    judged.displacement.resize(pipelines.size());
+    std::uint64_t seed = 1;
+    for (const double force_n : forces_n) {
+      for (const double speed : speeds) {
+        StrokeLog log = log_strokes(object, "rod", force_n, speed, ++seed, pipelines);
+        for (std::size_t m = 0; m < directions.size(); ++m) {
+          judge_direction(log, directions[m].replay(log, conditions), judged.direction[m]);
         }
+        for (std::size_t m = 0; m < pipelines.size(); ++m) {
+          judge_displacement(log, m, judged.displacement[m]);
+        }
+        ++data.strokes;
+        if (data.timed.object.empty()) data.timed = {std::move(log), object};
       }
     }
   }
   return data;
 }
 
-/// Mean over the objects of a number of each, with one tip.
+/// Mean over the objects of a number of each.
 template <class Number>
-double over_objects(const Data& data, const std::string& tip, Number number) {
+double over_objects(const Data& data, Number number) {
   double sum = 0.0;
-  for (const std::string& object : data.objects) sum += number(data.judged.at({tip, object}));
+  for (const std::string& object : data.objects) sum += number(data.judged.at(object));
   return sum / static_cast<double>(data.objects.size());
 }
 
 std::string strokes_remark(const Data& data) {
-  return std::to_string(data.strokes / 2) +
+  return std::to_string(data.strokes) +
          " recordings of strokes back and forth over 50 mm with the rod on the objects of D§4 (2-6 N, 50-200 "
          "mm/s, "
          "tool swaying by 10°; a seed each), high-force device, nothing rendered; models identified by "
@@ -313,29 +310,26 @@ void show_directions(StudyContext& context, const std::vector<DirectionMethod>& 
       "Angle to the true normal while the tip slides faster than 10 mm/s, 95 % of it is below; mean "
       "over the objects. All replay the same reactions and encoder steps; run time of the stage alone.";
   stage.justification = "it is kept for what happens at the turns of a stroke, see the table.";
-  report::MarkdownTable table({"method", "rod, sliding p50 °", "rod, sliding p95 °", "rod, with turns p95 °",
-                               "bearing, sliding p95 °", "bearing, with turns p95 °"});
+  report::MarkdownTable table({"method", "sliding p50 °", "sliding p95 °", "with turns p95 °"});
   for (std::size_t m = 0; m < methods.size(); ++m) {
-    const auto p = [&](const std::string& tip, double share, std::vector<double> DirectionErrors::*which) {
-      return over_objects(data, tip, [&](const Judged& j) { return quantile(j.direction[m].*which, share); });
+    const auto p = [&](double share, std::vector<double> DirectionErrors::*which) {
+      return over_objects(data, [&](const Judged& j) { return quantile(j.direction[m].*which, share); });
     };
     const double run_time_ns =
-        methods[m].run_time_ns(data.timed.log, conditions_of(data.timed.object, "rod"), seconds);
-    const double error_deg = p("rod", 0.95, &DirectionErrors::sliding_deg);
+        methods[m].run_time_ns(data.timed.log, conditions_of(data.timed.object), seconds);
+    const double error_deg = p(0.95, &DirectionErrors::sliding_deg);
     stage.methods.push_back({methods[m].name, error_deg, run_time_ns, methods[m].is_default, {}});
     table.add_row({methods[m].name + (methods[m].is_default ? " (default)" : ""),
-                   fixed(p("rod", 0.5, &DirectionErrors::sliding_deg), 1), fixed(error_deg, 1),
-                   fixed(p("rod", 0.95, &DirectionErrors::all_deg), 1),
-                   fixed(p("ball_bearing", 0.95, &DirectionErrors::sliding_deg), 1),
-                   fixed(p("ball_bearing", 0.95, &DirectionErrors::all_deg), 1)});
+                   fixed(p(0.5, &DirectionErrors::sliding_deg), 1), fixed(error_deg, 1),
+                   fixed(p(0.95, &DirectionErrors::all_deg), 1)});
   }
   add_stage(context.report, stage);
-  context.report.add_table("direction_tips", "Direction error with rod and ball bearing", table,
+  context.report.add_table("direction_tips", "Direction error with a rod", table,
                            "Mean over the objects. With turns: all of pressing, turning and stroking. The "
                            "just noticeable difference of force direction is 18.4° (D§4.4.3).");
   const auto rod_p95 = [&](std::size_t m, std::vector<double> DirectionErrors::*which) {
-    return fixed(
-        over_objects(data, "rod", [&](const Judged& j) { return quantile(j.direction[m].*which, 0.95); }), 1);
+    return fixed(over_objects(data, [&](const Judged& j) { return quantile(j.direction[m].*which, 0.95); }),
+                 1);
   };
   std::string sliding, turning;
   for (std::size_t m = 0; m < methods.size(); ++m) {
@@ -366,8 +360,7 @@ void show_displacements(StudyContext& context, const Data& data, double seconds)
   stage.justification = "it is kept for objects that are pressed for long, where what needs no law drifts.";
   std::vector<std::string> headers{"method"};
   for (const std::string& object : data.objects) headers.push_back(object + " %");
-  headers.emplace_back("rod, p95 %");
-  headers.emplace_back("bearing %");
+  headers.emplace_back("p95 %");
   report::MarkdownTable table(headers);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const auto of = [m](double share) {
@@ -375,22 +368,20 @@ void show_displacements(StudyContext& context, const Data& data, double seconds)
     };
     stage.methods.push_back(
         {methods[m].name,
-         over_objects(data, "rod", of(0.5)),
+         over_objects(data, of(0.5)),
          displacement_run_time_ns(methods[m], identified(data.timed.object), data.timed.log, seconds),
          methods[m].is_default,
          {}});
     std::vector<std::string> row{methods[m].name + (methods[m].is_default ? " (default)" : "")};
     for (const std::string& object : data.objects) {
-      row.push_back(fixed(100.0 * of(0.5)(data.judged.at({"rod", object})), 1));
+      row.push_back(fixed(100.0 * of(0.5)(data.judged.at(object)), 1));
     }
-    row.push_back(fixed(100.0 * over_objects(data, "rod", of(0.95)), 1));
-    row.push_back(fixed(100.0 * over_objects(data, "ball_bearing", of(0.5)), 1));
+    row.push_back(fixed(100.0 * over_objects(data, of(0.95)), 1));
     table.add_row(row);
   }
   add_stage(context.report, stage);
   context.report.add_table("displacement_objects", "Displacement error by object", table,
-                           "Medians with the rod; over all objects the 95th percentile with the rod and the "
-                           "median with the ball bearing.");
+                           "Medians; over all objects the 95th percentile.");
 }
 
 }  // namespace
