@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "hal/sim/object/general_material.h"
-#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/recording_set.h"
 #include "tests/support/value_of.h"
 
@@ -27,14 +26,6 @@ TEST(StudyPlant, RigsAreOfTheCurrentOne) {
     const auto& all = rig->info().uncertain;
     EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const auto& p) { return p.name == name; })) << name;
   }
-}
-
-TEST(StudyPlant, ModelsAreIdentifiedOnTheCurrentOne) {
-  const rt::ObjectModel separable = identified("rubber_ball_3d").model;
-  const OnPlant here(sim::Plant::kGeneral);
-  const rt::ObjectModel general = identified("rubber_ball_3d").model;
-  EXPECT_NE(general.identified_on, separable.identified_on);
-  EXPECT_GT(std::abs(general.creep->parameters.weight[0] - separable.creep->parameters.weight[0]), 0.05);
 }
 
 struct Row {

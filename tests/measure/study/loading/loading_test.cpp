@@ -2,12 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <ostream>
 #include <string>
 
 #include "tests/measure/study/loading/loading_study.h"
-#include "tests/support/temporary_folder.h"
 
 namespace hapticd::study {
 
@@ -69,23 +67,6 @@ TEST_P(Loading, TheHandReachesTheRateItIsAskedFor) {
     EXPECT_GT(outcome.max_rate_n_per_s, 0.8 * rate);
     EXPECT_LT(outcome.max_rate_n_per_s, 2.5 * rate) << "the first force rendered is a small step";
   }
-}
-
-TEST(LoadingStudy, WritesAFigureForEveryCase) {
-  test::TemporaryFolder folder;
-  report::Report report(folder.path());
-  const report::Cells cells(folder.path(), "test");
-  StudyContext context{report, true, cells};
-  run_loading_error(context);
-  std::ifstream lines(folder.path("figures.jsonl"));
-  std::size_t errors = 0;
-  std::size_t held = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.find("\"loading_error_mean\"") != std::string::npos) ++errors;
-    if (line.find("\"held_error\"") != std::string::npos) ++held;
-  }
-  EXPECT_EQ(errors, loading_cases(true).size() * 3 * 2) << "three rates, with compensation and without";
-  EXPECT_EQ(held, errors);
 }
 
 }  // namespace

@@ -28,16 +28,13 @@ TEST(Tumour, TheHardOneIsRenderedWithinTheGoals) {
   for (const double speed_mm_per_s : {20.0, 60.0, 100.0}) {
     constexpr auto kEnergy = rt::InclusionVariant::kEnergy;
     EXPECT_LT(error_of("phantom_hard", kEnergy, 0.0, 11.5, speed_mm_per_s), 0.05) << speed_mm_per_s;
-    EXPECT_LT(error_of("phantom_hard", kEnergy, 10.0, 11.5, speed_mm_per_s), 0.08) << speed_mm_per_s;
-    EXPECT_LT(error_of("phantom_hard", kEnergy, 20.0, 11.5, speed_mm_per_s), 0.08) << speed_mm_per_s;
-  }
-}
-
-TEST(Tumour, OffTheAxisTheEnergyLawIsBetterThanThePublishedOne) {
-  for (const double place_mm : {10.0, 20.0}) {
-    EXPECT_LT(error_of("phantom_hard", rt::InclusionVariant::kEnergy, place_mm, 11.5),
-              0.75 * error_of("phantom_hard", rt::InclusionVariant::kPublished, place_mm, 11.5))
-        << place_mm;
+    for (const double place_mm : {10.0, 20.0}) {
+      const double error = error_of("phantom_hard", kEnergy, place_mm, 11.5, speed_mm_per_s);
+      EXPECT_LT(error, 0.08) << place_mm << " mm, " << speed_mm_per_s;
+      if (speed_mm_per_s != 60.0) continue;
+      EXPECT_LT(error, 0.75 * error_of("phantom_hard", rt::InclusionVariant::kPublished, place_mm, 11.5))
+          << place_mm << " mm: off the axis it is better than the published law";
+    }
   }
 }
 
