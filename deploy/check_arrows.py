@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Checks the include graph of the folders: no cycle, no include against the layers, no crowded folder, no long file;
-that hapticctl writes to the terminal in one place; and that nothing in a tick reads a record.
+that hapticctl writes to the terminal in one place; that nothing in a tick reads a record; and that toml++ is included
+with its guards.
 
     deploy/check_arrows.py [--root FOLDER] [--list]
 
@@ -50,6 +51,9 @@ LONG_FILES = {}
 RAW_OUTPUT = re.compile(r"\bfmt::print\(|\bstd::(?:cout|cerr|clog|puts|fputs|printf|print)\b|\bprintf\(|\bfwrite\(.*\bstd(?:out|err)\b")
 PRINTERS = ("client/cli/session/print.cpp",)
 
+# The one place that includes a library whose assumptions need guards, before texts from outside may reach it.
+GUARDED = {"toml++/": "proto/text/toml_library.h"}
+
 # In a tick a record is only filled: by a const method fill_...(), which can keep nothing of what it would read.
 RECORD_FOLDERS = ("rt/record", "rt/loop")  # the record itself, and the ring that hands it on
 RECORD_FILLER = re.compile(r"\bvoid (?:\w+::)?fill_\w+\([^()]*\bTickRecord& ?(?:record)?\) const noexcept")
@@ -63,6 +67,7 @@ RECORD_READ = re.compile(r"\brecord(?:\.\w+)+(?![\w.])(?!\s*\|?=[^=])")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+SYSTEM_INCLUDE = re.compile(r"^#include <([^>]+)>", re.MULTILINE)
 
 
 def within(folder, part):
@@ -156,6 +161,16 @@ def raw_output(root):
                 yield f"{name}:{number} writes past {PRINTERS[0]}: use print_line(), print_error_line() or print_text()"
 
 
+def unguarded_includes(root):
+    """Files that include a library past the header that guards it."""
+    for path in sorted(path for top in TOPS for path in (root / top).rglob("*") if path.suffix in (".h", ".cpp")):
+        name = path.relative_to(root).as_posix()
+        for included in SYSTEM_INCLUDE.findall(path.read_text(encoding="utf-8")):
+            for library, guard in GUARDED.items():
+                if included.startswith(library) and name != guard:
+                    yield f"{name} includes {included}: include {guard}"
+
+
 def record_readers(root):
     """What in a tick takes a record otherwise than to fill it, or reads one."""
     for path in sorted((root / "rt").rglob("*.[ch]*")):
@@ -186,7 +201,7 @@ def main():
             own = sum(n for name, n in lines.items() if name.rpartition("/")[0] == folder)
             print(f"{folder}: {count[folder]} files, {own} lines -> {', '.join(sorted(arrows[folder]))}")
     found = list(problems(arrows, count)) + list(long_files(lines)) + list(raw_output(options.root))
-    found += record_readers(options.root)
+    found += list(unguarded_includes(options.root)) + list(record_readers(options.root))
     for problem in found:
         print(f"check_arrows.py: {problem}", file=sys.stderr)
     if not found:

@@ -1,13 +1,13 @@
 #include "client/cli/fleet/rigs_file.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <sstream>
 
 #include "client/cli/session/session.h"
+#include "proto/text/toml_library.h"
 #include "proto/text/toml_shape.h"
 
 namespace hapticd::cli {

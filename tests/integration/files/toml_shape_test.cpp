@@ -103,6 +103,16 @@ TEST(TomlShape, CountsKeysAndValuesAndNothingElse) {
   }
 }
 
+// The library holds these impossible (proto/text/toml_library.h): an assertion would end the program.
+TEST(TomlShape, WhatTheLibraryHoldsImpossibleIsASyntaxError) {
+  for (const std::string text : {"[{", "a = [}", "[a]\nserver = [}", "\xEF\xBA\xBF", "a = \xEF\xBA\xBF\n",
+                                 "[a]\xEF\xBA\xBF\nserver = \"x:1\"\n"}) {
+    const auto document = TomlDocument::parse(text, "scene text");
+    ASSERT_FALSE(document) << text;
+    EXPECT_EQ(document.error().code, hal::ErrorCode::kSyntax) << text;
+  }
+}
+
 // 62 kB of one dotted key used up the stack of the one who parsed it.
 TEST(TomlShape, StandsBeforeScenesAndConfigurations) {
   using enum hal::ErrorCode;

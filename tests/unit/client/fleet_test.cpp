@@ -65,6 +65,14 @@ TEST(Rigs, MistakesAreNamedWithLineAndRemedy) {
   EXPECT_EQ(refusal(kTwoRigs, ",").what(), "no rig has this name");
 }
 
+// The library holds these impossible (proto/text/toml_library.h): an assertion would end the program.
+TEST(Rigs, WhatTheLibraryHoldsImpossibleIsNoToml) {
+  for (const std::string text : {"[{", "a = [}", "[a]\nserver = [}", "\xEF\xBA\xBF", "a = \xEF\xBA\xBF\n",
+                                 "[a]\xEF\xBA\xBF\nserver = \"x:1\"\n"}) {
+    EXPECT_NE(refusal(text).what().find("not TOML"), std::string::npos) << text;
+  }
+}
+
 // As configurations: the parser takes up to 500 bytes for a key of a few, and visits the parts of one
 // recursively.
 TEST(Rigs, AListThatWouldTakeTooMuchToParseIsRefused) {

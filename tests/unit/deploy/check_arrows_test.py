@@ -65,6 +65,15 @@ class Arrows(unittest.TestCase):
             found = list(check_arrows.raw_output(root))
         self.assertEqual([line.split(" ")[0] for line in found], ["client/cli/a.cpp:2", "client/cli/a.cpp:3"])
 
+    def test_what_includes_a_library_without_its_guards_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for name in ("proto/text/toml_library.h", "client/cli/a.cpp"):
+                (root / name).parent.mkdir(parents=True)
+                (root / name).write_text("#include <map>\n#include <toml++/toml.h>\n")
+            found = list(check_arrows.unguarded_includes(root))
+        self.assertEqual(found, ["client/cli/a.cpp includes toml++/toml.h: include proto/text/toml_library.h"])
+
     def test_what_reads_a_record_in_a_tick_is_named(self):
         filler = "void A::fill_record(const State& now,\n    TickRecord& record) const noexcept {\n"
         files = {
@@ -95,6 +104,7 @@ class Arrows(unittest.TestCase):
         arrows, count, lines = check_arrows.read_graph(ROOT)
         self.assertEqual(list(check_arrows.problems(arrows, count)) + list(check_arrows.long_files(lines)), [])
         self.assertEqual(list(check_arrows.raw_output(ROOT)) + list(check_arrows.record_readers(ROOT)), [])
+        self.assertEqual(list(check_arrows.unguarded_includes(ROOT)), [])
         self.assertGreater(len(count), 50)
 
 
