@@ -20,6 +20,22 @@ constexpr std::uint32_t kMaxDecimation = 10'000;
 /// Refusals name some of them only: there may be thousands.
 constexpr std::size_t kNamedIds = 10;
 
+/// Length of a recording for which there must be room when it starts.
+constexpr double kFirstS = 3.0;
+
+/// Size of a file of so long, not compressed, in 10⁶ bytes: its rows, and what is written before and behind
+/// them.
+double first_mb(const RecordingSources& sources, const RunOptions& options) {
+  constexpr double kTextsBytes = 4096.0;  // short ones: names, times, the description of columns
+  const double rows = 1.0 + kFirstS * sources.rate_hz / options.decimation;
+  const auto row_bytes = static_cast<double>(ColumnTable(sources.columns, options.channels).row_bytes());
+  std::size_t texts = sources.configuration.size();
+  for (const auto& [key, text] : sources.scene()) texts += key.size() + text.size();
+  const std::size_t schemas = sources.block_schema.size() + sources.event_schema.size();
+  texts += 2 * schemas;  // at the beginning, and in the summary
+  return 1e-6 * (rows * row_bytes + static_cast<double>(texts) + kTextsBytes);
+}
+
 Refusal not_recording() {
   return {RefusalKind::kFailedPrecondition,
           {"no recording is running", "recording", "", "", "start one: hapticctl record start"}};
@@ -118,15 +134,15 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
                     "stop it first: hapticctl record stop"},
                    Reason::kBusy};
   }
-  if (auto error = folder_.make_room("")) return cannot_record(*error);
-  const std::int64_t now_ns = sources_.clocks().utc_ns;
   RunOptions options;
-  const std::filesystem::path path = folder_.new_path(now_ns, request.name);
-  options.path = path.string();
-  options.id = path.stem().string();
   const std::uint32_t asked = request.channels == 0 ? sources_.channels : request.channels;
   options.channels = asked & sources_.channels;
   options.decimation = request.decimation;
+  if (auto error = folder_.make_room("", first_mb(sources_, options))) return cannot_record(*error);
+  const std::int64_t now_ns = sources_.clocks().utc_ns;
+  const std::filesystem::path path = folder_.new_path(now_ns, request.name);
+  options.path = path.string();
+  options.id = path.stem().string();
   options.start = sources_.rig;
   options.start["name"] = request.name.empty() ? options.id : request.name;
   options.start["note"] = request.note;

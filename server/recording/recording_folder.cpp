@@ -109,7 +109,7 @@ double RecordingFolder::used_mb() const {
   return used_mb;
 }
 
-std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) const {
+std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept, double first_mb) const {
   std::vector<File> all = files();
   double used_mb = this->used_mb();
   const auto oldest_other = [&] {
@@ -123,26 +123,29 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) co
     all.erase(oldest);
     return true;
   };
-  while (used_mb > limits_.quota_mb) {
-    if (remove_oldest()) continue;
-    const bool alone = oldest_other() == all.end();
+  const std::string first =
+      first_mb > 0.0 ? fmt::format(", and {:.2f} MB for the first seconds", first_mb) : std::string();
+  const bool ever_fits = first_mb <= limits_.quota_mb;  // else none is deleted for it
+  while (used_mb + first_mb > limits_.quota_mb) {
+    if (ever_fits && remove_oldest()) continue;
+    const bool alone = !ever_fits || oldest_other() == all.end();
     return hal::Error::of(
         hal::ErrorCode::kFull,
         alone ? "the quota is too small for this recording" : "the quota of recordings is used up",
-        limits_.quota_key, fmt::format("{:.1f} MB in {}", used_mb, path_),
+        limits_.quota_key, fmt::format("{:.1f} MB in {}{}", used_mb, path_, first),
         fmt::format("{:g} MB", limits_.quota_mb),
         alone ? "raise it, or record fewer groups, fewer ticks or for a shorter time"
               : "delete recordings (hapticctl record delete), raise it, or set when_full = "
                 "\"remove_oldest\"");
   }
-  while (limits_.keep_free_mb > 0.0) {
+  while (limits_.keep_free_mb + first_mb > 0.0) {
     const double free_mb = free_disk_mb(path_);
-    if (free_mb >= limits_.keep_free_mb) break;
+    if (free_mb >= limits_.keep_free_mb + first_mb) break;
     if (remove_oldest()) continue;
-    return hal::Error::of(hal::ErrorCode::kFull, "the disk is nearly full", path_,
-                          fmt::format("{:.1f} MB are free", free_mb),
-                          fmt::format("[recording] keep_free_mb = {:g}", limits_.keep_free_mb),
-                          "make room there, or keep less free");
+    return hal::Error::of(
+        hal::ErrorCode::kFull, "the disk is nearly full", path_, fmt::format("{:.1f} MB are free", free_mb),
+        fmt::format("[recording] keep_free_mb = {:g}{}", limits_.keep_free_mb, first),
+        limits_.keep_free_mb > 0.0 ? "make room there, or keep less free" : "make room there");
   }
   return std::nullopt;
 }

@@ -39,9 +39,9 @@ class RecordingFolder {
   std::string new_path(std::int64_t unix_ns, const std::string& name) const;
   std::optional<hal::Error> remove(const std::string& id) const;
 
-  /// Makes room as the limits say, never of `kept` (an id). An error if none can be made: which limit, how
-  /// much there is, what to do.
-  std::optional<hal::Error> make_room(const std::string& kept) const;
+  /// Makes room as the limits say, never of `kept` (an id), and for `first_mb` more: what a new recording
+  /// needs for its first seconds. An error if none can be made: which limit, how much there is, what to do.
+  std::optional<hal::Error> make_room(const std::string& kept, double first_mb = 0.0) const;
 
   const std::string& path() const { return path_; }
   const Limits& limits() const { return limits_; }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "hal/recording/recording_file.h"
@@ -18,7 +19,20 @@ hal::Result<RecordingOutput> RecordingOutput::begin(const std::string& path,
                                                     const recording::Texts& start) {
   auto file = recording::AppendFile::create(path);
   if (!file) return file.error();
-  auto writer = recording::McapWriter::begin(std::move(*file), std::string("hapticd ") + version());
+  auto output = begin(std::move(*file), columns, sources, anchor, start);
+  if (!output) {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+  return output;
+}
+
+hal::Result<RecordingOutput> RecordingOutput::begin(recording::AppendFile file,
+                                                    const std::vector<recording::Column>& columns,
+                                                    const RecordingSources& sources,
+                                                    const ClockAnchor& anchor,
+                                                    const recording::Texts& start) {
+  auto writer = recording::McapWriter::begin(std::move(file), std::string("hapticd ") + version());
   if (!writer) return writer.error();
   const auto block = writer->add_schema(recording::kBlockSchema, "protobuf", sources.block_schema);
   if (!block) return block.error();
@@ -35,6 +49,7 @@ hal::Result<RecordingOutput> RecordingOutput::begin(const std::string& path,
   if (auto error = output.add_metadata(recording::kConfigurationMetadata, {{"toml", sources.configuration}}))
     return *error;
   if (auto error = output.add_metadata(recording::kAnchorMetadata, texts_of(anchor))) return *error;
+  if (auto error = output.sync()) return *error;
   return output;
 }
 

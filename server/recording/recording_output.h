@@ -16,7 +16,8 @@ namespace hapticd::server {
 /// A file of rows and events under way. One thread; another may sync().
 class RecordingOutput {
  public:
-  /// Begins the file `path`, which must not exist. `start`: what is known of it, kStartMetadata.
+  /// Begins the file `path`, which must not exist: what it begins with is on the disk when it returns. After
+  /// an error there is no file. `start`: what is known of it, kStartMetadata.
   static hal::Result<RecordingOutput> begin(const std::string& path,
                                             const std::vector<recording::Column>& columns,
                                             const RecordingSources& sources, const ClockAnchor& anchor,
@@ -48,6 +49,10 @@ class RecordingOutput {
         columns_(columns),
         description_(recording::describe(columns)),
         anchor_(anchor) {}
+  static hal::Result<RecordingOutput> begin(recording::AppendFile file,
+                                            const std::vector<recording::Column>& columns,
+                                            const RecordingSources& sources, const ClockAnchor& anchor,
+                                            const recording::Texts& start);
   /// The rows up to the end of a chunk.
   struct Chunk {
     std::uint64_t rows = 0;

@@ -207,6 +207,38 @@ TEST_F(RecorderTest, AQuotaThatIsUsedUpIsNamedOrTheOldestMakesRoom) {
   EXPECT_FALSE(fs::exists(recordings() + "/20200101T000000Z_old.mcap"));
 }
 
+TEST_F(RecorderTest, WithoutRoomForTheFirstSecondsNoneBegins) {
+  sources_.rate_hz = 1e15;  // 10¹¹ MB in 3 s: no disk has them
+  config_.quota_mb = 1e13;
+  const auto full = recorder().start({"", "", "", 0, 1});
+  ASSERT_FALSE(full);
+  EXPECT_EQ(full.refusal().kind, RefusalKind::kResourceExhausted);
+  EXPECT_EQ(full.refusal().reason, Reason::kDiskFull);
+  EXPECT_EQ(full.refusal().error.what, "the disk is nearly full");
+  EXPECT_EQ(full.refusal().error.where, recordings());
+  EXPECT_NE(full.refusal().error.limit.find("MB for the first seconds"), std::string::npos);
+  EXPECT_EQ(full.refusal().error.remedy, "make room there");
+
+  config_.quota_mb = 1.0;
+  config_.when_full = WhenFull::kRemoveOldest;
+  const std::string old = recordings() + "/20200101T000000Z_old.mcap";
+  std::ofstream(old) << "x";
+  recorder_.reset();
+  const auto too_much = recorder().start({"", "", "", 0, 1});
+  ASSERT_FALSE(too_much);
+  EXPECT_EQ(too_much.refusal().reason, Reason::kDiskFull);
+  EXPECT_EQ(too_much.refusal().error.what, "the quota is too small for this recording");
+  EXPECT_NE(too_much.refusal().error.value.find("MB for the first seconds"), std::string::npos);
+  EXPECT_FALSE(recorder().running());
+  EXPECT_EQ(recorder().folder().ids(), std::vector{fs::path(old).stem().string()})
+      << "none is deleted in vain";
+
+  sources_.rate_hz = 100.0;
+  started();
+  tick(10);
+  EXPECT_EQ(stopped().rows, 10U);
+}
+
 TEST_F(RecorderTest, AClockThatIsSetBackChangesNeitherOrderNorLength) {
   constexpr std::int64_t kHourNs = 3'600'000'000'000;
   std::atomic<std::int64_t> set_ns{0};
@@ -244,7 +276,8 @@ TEST_F(RecorderTest, AClockThatIsSetBackChangesNeitherOrderNorLength) {
   };
   EXPECT_EQ(std::ranges::count_if(seen.events, is_told), 1);
 
-  config_.quota_mb = 1e-6 * static_cast<double>((*list)[2].bytes) + 0.002;
+  constexpr double kFirstMb = 0.017;  // what is kept for the first 3 s of another one: 301 rows, and texts
+  config_.quota_mb = 1e-6 * static_cast<double>((*list)[2].bytes) + 0.002 + kFirstMb;
   recorder_.reset();
   started("last");
   stopped();
@@ -314,6 +347,16 @@ TEST_F(RecorderTest, AFullDiskEndsTheRecordingAndNothingElse) {
     EXPECT_EQ(missing(seen.ticks), 0);
     tick(10);  // rendering goes on
     EXPECT_EQ(hub_.latest().tick, next_tick_ - 1);
+  }
+}
+
+TEST_F(RecorderTest, WithoutRoomForItsBeginningThereIsNoFile) {
+  sources_.block_schema = std::string(5000, 'x');
+  recorder();
+  for (const rlim_t limit : {0U, 100U, 5000U, 5100U}) {
+    const FileSizeLimit full(limit);
+    EXPECT_FALSE(recorder().start({"", "", "", 0, 1})) << limit;
+    EXPECT_TRUE(fs::is_empty(recordings())) << limit;
   }
 }
 
