@@ -73,8 +73,9 @@ void MetricsServer::run() {
     watched[1] = {listening_, POLLIN, 0};
     for (std::size_t i = 0; i < kMaxConnections; ++i) {
       const Connection& one = connections_[i];
+      const short reads = one.says_no_more ? 0 : POLLIN;
       const short writes = one.sent < one.answer.size() ? POLLOUT : 0;
-      watched[2 + i] = {one.descriptor, static_cast<short>(POLLIN | writes), 0};  // poll passes over -1
+      watched[2 + i] = {one.descriptor, static_cast<short>(reads | writes), 0};  // poll passes over -1
     }
     if (poll(watched.data(), watched.size(), wait_ms()) < 0) continue;
     if (watched[0].revents != 0) return;
@@ -125,9 +126,10 @@ void MetricsServer::accept_some() {
 void MetricsServer::serve(Connection& connection) {
   std::array<char, 4096> bytes{};
   const ssize_t size = recv(connection.descriptor, bytes.data(), bytes.size(), 0);
-  const bool waits = size < 0 && (errno == EAGAIN || errno == EINTR);
-  if (size <= 0 && !waits) return release(connection);
+  if (size < 0 && errno != EAGAIN && errno != EINTR) return release(connection);
+  if (size == 0) connection.says_no_more = true;  // it may still read its answer
   if (connection.answer.empty()) {
+    if (connection.says_no_more) return release(connection);
     connection.request.append(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(0, size)));
     if (connection.request.size() > kMaxRequest) {
       connection.answer = http_answer("431 Request Header Fields Too Large", "", "");
@@ -138,11 +140,16 @@ void MetricsServer::serve(Connection& connection) {
     }
   }
   const std::string_view left = std::string_view(connection.answer).substr(connection.sent);
-  if (left.empty()) return;  // until it closes, so that the end does not overtake the answer
+  if (left.empty()) {  // until it closes, so that the end does not overtake the answer
+    if (connection.says_no_more) release(connection);
+    return;
+  }
   const ssize_t sent = send(connection.descriptor, left.data(), left.size(), MSG_NOSIGNAL);
   if (sent < 0 && errno != EAGAIN && errno != EINTR) return release(connection);
   connection.sent += static_cast<std::size_t>(std::max<ssize_t>(0, sent));
-  if (connection.sent == connection.answer.size()) ::shutdown(connection.descriptor, SHUT_WR);
+  if (connection.sent < connection.answer.size()) return;
+  if (connection.says_no_more) return release(connection);
+  ::shutdown(connection.descriptor, SHUT_WR);
 }
 
 std::string MetricsServer::answer_to(std::string_view request) const {

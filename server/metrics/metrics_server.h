@@ -46,6 +46,7 @@ class MetricsServer {
     std::string request{};
     std::string answer{};  ///< empty: it has not asked yet
     std::size_t sent = 0;
+    bool says_no_more = false;  ///< its client has closed its writing side
   };
 
   MetricsServer(Figures figures, std::chrono::milliseconds max_time);

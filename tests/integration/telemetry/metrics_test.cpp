@@ -77,15 +77,15 @@ TEST(Metrics, APortThatIsTakenIsNamed) {
   EXPECT_FALSE(second.error().remedy.empty());
 }
 
-/// A connection that has sent the beginning of a request.
-int slow_connection(std::uint16_t port) {
+/// A connection that has sent this, of a request or all of it.
+int connection_saying(std::uint16_t port, std::string_view words) {
   const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   EXPECT_EQ(connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  EXPECT_EQ(send(descriptor, "GET /met", 8, MSG_NOSIGNAL), 8);
+  EXPECT_EQ(send(descriptor, words.data(), words.size(), MSG_NOSIGNAL), static_cast<ssize_t>(words.size()));
   return descriptor;
 }
 
@@ -101,7 +101,7 @@ TEST(Metrics, SlowConnectionsKeepNobodyOut) {
       {"127.0.0.1", 0}, [] { return server::RigFigures{}; }, std::chrono::hours(1));
   ASSERT_TRUE(server);
   std::vector<int> slow;
-  for (int i = 0; i < 200; ++i) slow.push_back(slow_connection((*server)->port()));
+  for (int i = 0; i < 200; ++i) slow.push_back(connection_saying((*server)->port(), "GET /met"));
   EXPECT_NE(http_get((*server)->port(), "/metrics").find("hapticd_loop_ticks_total"), std::string::npos);
   EXPECT_TRUE(is_closed(slow.front())) << "the oldest makes room";
   for (const int descriptor : slow) close(descriptor);
@@ -111,9 +111,28 @@ TEST(Metrics, ASlowConnectionIsClosedInTime) {
   const auto server = server::MetricsServer::start(
       {"127.0.0.1", 0}, [] { return server::RigFigures{}; }, std::chrono::milliseconds(50));
   ASSERT_TRUE(server);
-  const int slow = slow_connection((*server)->port());
+  const int slow = connection_saying((*server)->port(), "GET /met");
   EXPECT_TRUE(is_closed(slow));
   close(slow);
+}
+
+TEST(Metrics, AClientThatHasClosedItsWritingSideGetsAllOfALargeAnswer) {
+  server::RigFigures figures;
+  figures.parts.emplace_back();
+  for (int i = 0; i < 200'000; ++i)  // some MB: more than the system keeps of what is sent
+    figures.parts[0].figures.push_back({"reading_" + std::to_string(i), 1.0, ""});
+  const auto server = server::MetricsServer::start(
+      {"127.0.0.1", 0}, [&figures] { return figures; }, std::chrono::hours(1));
+  ASSERT_TRUE(server);
+  const int client = connection_saying((*server)->port(), "GET /metrics HTTP/1.1\r\n\r\n");
+  ASSERT_EQ(shutdown(client, SHUT_WR), 0);
+  std::string answer;
+  std::vector<char> part(1U << 16U);
+  for (ssize_t n = 0; (n = recv(client, part.data(), part.size(), 0)) > 0;)
+    answer.append(part.data(), static_cast<std::size_t>(n));
+  close(client);
+  EXPECT_GT(answer.size(), 10'000'000U);
+  EXPECT_NE(answer.find("\"reading_199999\""), std::string::npos) << answer.size() << " bytes came";
 }
 
 TEST(Metrics, NothingElseIsAnswered) {
