@@ -15,7 +15,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -23,6 +22,7 @@
 #include "client/cpp/certificates.h"
 #include "client/cpp/error.h"
 #include "client/cpp/stop/ahead.h"
+#include "client/cpp/stop/host_lookup.h"
 #include "client/cpp/tls/client_context.h"
 
 namespace hapticd::client {
@@ -127,15 +127,10 @@ std::uint64_t stop_by_datagram(const std::string& path, const Deadline& until) {
 /// Connects to the first address that takes it.
 StopSocket connect_until(const std::string& host, const std::string& port, const std::string& where,
                          const Deadline& until) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  std::string why;
-  if (const int failure = getaddrinfo(host.c_str(), port.c_str(), &hints, &found); failure != 0) {
-    why = gai_strerror(failure);
-  }
-  const std::unique_ptr<addrinfo, Release<freeaddrinfo>> owned(found);
-  for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
+  const HostAddresses found = look_up(host, port, until.at, until.cancelled);
+  std::string why = found.problem;
+  if (!found.first && why.empty()) time_over(where);
+  for (const addrinfo* one = found.first.get(); one != nullptr; one = one->ai_next) {
     StopSocket socket(one->ai_family, SOCK_STREAM);
     const int on = 1;
     setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
