@@ -45,11 +45,17 @@ Bridge::Bridge(BridgeOptions options)
     : options_(std::move(options)),
       port_(options_.host, options_.port, options_.sent,
             {[this](const ReceivedTransform& transform) { take(transform); },
-             [this](const std::string& line) { note(line); }}) {}
+             [this](const std::string& line) { note_of_peer(line); }}) {}
 
 void Bridge::note(const std::string& line) {
   // Peers name their transforms as they like.
   std::fprintf(stderr, "hapticd-igtl: %s\n", text::printable(line).c_str());
+}
+
+void Bridge::note_of_peer(const std::string& line) {
+  const auto before = peer_notes_.take(Clock::now());
+  if (!before) return;
+  note(*before == 0 ? line : line + " (" + std::to_string(*before) + " more lines of peers before)");
 }
 
 void Bridge::take(const ReceivedTransform& transform) {

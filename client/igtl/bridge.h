@@ -6,6 +6,7 @@
 
 #include "client/cpp/client.h"
 #include "client/igtl/igtl_port.h"
+#include "proto/text/report_rate.h"
 
 namespace hapticd::igtl_bridge {
 
@@ -32,14 +33,19 @@ class Bridge {
   void run(const std::atomic<bool>& stop);
 
  private:
+  static constexpr int kMaxPeerNotesPerS = 20;
+
   void run_connected(const std::atomic<bool>& stop);
   void take(const ReceivedTransform& transform);
   /// Sends what has come to the daemon's calibration; says once if none runs.
   void push_references(client::Client& client);
   void report(RigStatus status, const std::string& words);
   void note(const std::string& line);
+  /// Notes what a peer did; of many such lines only some a second.
+  void note_of_peer(const std::string& line);
 
   BridgeOptions options_;
+  text::ReportRate peer_notes_{kMaxPeerNotesPerS};
   IgtlPort port_;
   std::string reported_;
   v1::PushReferencePosesRequest references_;  ///< since the last push

@@ -145,7 +145,7 @@ bool AuditLog::admit(AuditLine& line) {
     line.refusals_not_written = own->second.take_counted();
     return true;
   }
-  const auto before = own->second.take(ReportRate::Time::clock::now());
+  const auto before = own->second.take(text::ReportRate::Time::clock::now());
   line.refusals_not_written = before.value_or(0);
   return before.has_value();
 }

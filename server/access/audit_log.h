@@ -12,8 +12,8 @@
 #include "hal/error.h"
 #include "hal/lock/callback.h"
 #include "hal/lock/mutex.h"
+#include "proto/text/report_rate.h"
 #include "server/config/access_config.h"
-#include "server/process/report_rate.h"
 
 namespace hapticd::server {
 
@@ -73,7 +73,7 @@ class AuditLog {
   mutable Mutex mutex_;
   Condition arrived_;
   std::deque<AuditLine> queue_ GUARDED_BY(mutex_);
-  std::unordered_map<std::string, ReportRate> refusals_ GUARDED_BY(mutex_);  ///< by identity
+  std::unordered_map<std::string, text::ReportRate> refusals_ GUARDED_BY(mutex_);  ///< by identity
   std::uint64_t dropped_ GUARDED_BY(mutex_) = 0;
   std::uint64_t reported_dropped_ GUARDED_BY(mutex_) = 0;
   bool ending_ GUARDED_BY(mutex_) = false;

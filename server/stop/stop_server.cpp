@@ -11,8 +11,8 @@
 #include <cstring>
 #include <utility>
 
+#include "proto/text/report_rate.h"
 #include "server/process/ending_signals.h"
-#include "server/process/report_rate.h"
 #include "server/stop/stop_listener.h"
 
 namespace hapticd::server {
@@ -68,8 +68,8 @@ StopServer::~StopServer() {
 void StopServer::run_reports() {
   pthread_setname_np(pthread_self(), "hapticd-stops");
   // Counted apart, so that those who are refused cannot hide who stopped.
-  ReportRate granted(kMaxReportsPerS);
-  ReportRate refused(kMaxReportsPerS);
+  text::ReportRate granted(kMaxReportsPerS);
+  text::ReportRate refused(kMaxReportsPerS);
   std::uint64_t lost = 0;
   while (is_serving_.load()) {
     eventfd_t unused = 0;
@@ -78,7 +78,7 @@ void StopServer::run_reports() {
       if (listener == nullptr) continue;
       StopReport report;
       while (listener->pop_report(report)) {
-        ReportRate& rate = report.was_refused ? refused : granted;
+        text::ReportRate& rate = report.was_refused ? refused : granted;
         const auto unreported = rate.take(std::chrono::steady_clock::now());
         if (unreported) parts_.report(report, *unreported + std::exchange(lost, 0));
       }

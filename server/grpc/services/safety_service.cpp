@@ -22,7 +22,7 @@ grpc::Status SafetyService::stop(const grpc::CallbackServerContext& context, con
   answer.set_guard_fault(to_proto(latch_.fault_after_stop()));
   answer.set_guard_state(v1::GUARD_STATE_LATCHED);
   answer.set_latched_after_tick(last_tick);
-  ReportRate& rate = reason.repairs.empty() ? noted_ : noted_unreadable_;
+  text::ReportRate& rate = reason.repairs.empty() ? noted_ : noted_unreadable_;
   if (const auto unreported = rate.take(std::chrono::steady_clock::now())) {
     note_stop(reason, *unreported, last_tick, context);
   }

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "hapticd/v1/safety.grpc.pb.h"
+#include "proto/text/report_rate.h"
 #include "server/grpc/calls/stop_request.h"
 #include "server/grpc/calls/waiting_desk.h"
-#include "server/process/report_rate.h"
 
 namespace hapticd::server {
 
@@ -32,8 +32,8 @@ class SafetyService final : public v1::SafetyService::WithCallbackMethod_Clear<v
 
   SafetyLatch& latch_;
   // Counted apart, so that requests that cannot be read do not hide who stopped.
-  ReportRate noted_{kMaxNotedPerS};
-  ReportRate noted_unreadable_{kMaxNotedPerS};
+  text::ReportRate noted_{kMaxNotedPerS};
+  text::ReportRate noted_unreadable_{kMaxNotedPerS};
   WaitingDesk clears_{"hapticd-clear"};
 };
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
@@ -223,6 +224,24 @@ TEST(Igtl, EachKindOfAWrongTransformIsNotedOnce) {
   EXPECT_EQ(bridge.process.wait(), 0);
   EXPECT_EQ(times_in(bridge.process.errors(), "not finite"), 1U) << bridge.process.errors();
   EXPECT_EQ(times_in(bridge.process.errors(), "left-handed"), 1U) << bridge.process.errors();
+}
+
+TEST(Igtl, PeersThatComeAndGoFillNoLog) {
+  constexpr double kMaxPerS = 20.0;
+  constexpr int kPeers = 300;
+  const RunningService service;
+  BridgeProcess bridge(service.address());
+  const auto began = std::chrono::steady_clock::now();
+  for (int i = 0; i < kPeers; ++i) ASSERT_TRUE(Peer(bridge.port).connected);
+  Peer last(bridge.port);
+  ASSERT_EQ(last.next_of("TRANSFORM").type, "TRANSFORM");
+  bridge.process.signal(SIGTERM);
+  EXPECT_EQ(bridge.process.wait(), 0);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
+  const std::string log = bridge.process.errors();
+  const auto lines = static_cast<double>(times_in(log, "has connected") + times_in(log, "has gone"));
+  EXPECT_LE(lines, kMaxPerS * (2.0 + took.count())) << log;
+  EXPECT_GT(lines, 0.0);
 }
 
 TEST(Igtl, AFloodKeepsNeitherTheOthersNorTheEndWaiting) {

@@ -1,4 +1,4 @@
-#include "server/process/report_rate.h"
+#include "proto/text/report_rate.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace hapticd::server {
+namespace hapticd::text {
 namespace {
 
 using std::chrono::milliseconds;
@@ -40,4 +40,4 @@ TEST(ReportRate, CountsEachEventOfSeveralThreadsOnce) {
 }
 
 }  // namespace
-}  // namespace hapticd::server
+}  // namespace hapticd::text

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace hapticd::server {
+namespace hapticd::text {
 
 /// How many events of one kind are written down in a second, and how many are only counted, so that a flood
 /// of them fills no log. Any thread; takes no lock.
@@ -14,8 +14,8 @@ class ReportRate {
   using Time = std::chrono::steady_clock::time_point;
   explicit ReportRate(int max_per_s) : max_per_s_(max_per_s) {}
 
-  /// Returns, for an event that may be written down, how many before it were only counted; nothing if this one
-  /// is only counted as well.
+  /// Returns, for an event that may be written down, how many before it were only counted; nothing if this
+  /// one is only counted as well.
   std::optional<std::uint64_t> take(Time now) noexcept {
     const auto second = std::chrono::floor<std::chrono::seconds>(now.time_since_epoch()).count();
     if (second_.exchange(second) != second) taken_.store(0);
@@ -34,4 +34,4 @@ class ReportRate {
   std::atomic<std::uint64_t> counted_{0};
 };
 
-}  // namespace hapticd::server
+}  // namespace hapticd::text
