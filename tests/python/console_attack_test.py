@@ -603,11 +603,16 @@ def test_over_the_unix_socket_the_user_decides_who_is_a_console(start_daemon: An
     )
 
     def as_user(name: str) -> list[str]:
-        for folder in (tmp_path, *list(tmp_path.parents)[:3]):  # other runs of pytest close its folders again
-            folder.chmod(0o755)
-        ran = subprocess.run(["setpriv", f"--reuid={name}", "--regid=nogroup", "--clear-groups", "/usr/bin/python3", "-c", forge],
-                             check=True, capture_output=True, text=True)  # fmt: skip
-        return ran.stdout.split()
+        words: list[str] = []
+        for _ in range(5):  # other runs of pytest close its folders again
+            for folder in (tmp_path, *list(tmp_path.parents)[:3]):
+                folder.chmod(0o755)
+            ran = subprocess.run(["setpriv", f"--reuid={name}", "--regid=nogroup", "--clear-groups", "/usr/bin/python3", "-c", forge],
+                                 check=True, capture_output=True, text=True)  # fmt: skip
+            words = ran.stdout.split()
+            if "StatusCode.UNAVAILABLE" not in words:
+                break
+        return words
 
     assert as_user("daemon") == ["user:anna", "a", "console"]
     first, second = as_user("nobody")
