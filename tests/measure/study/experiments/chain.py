@@ -259,7 +259,7 @@ def main() -> None:
     output = study_output.Output(options.out, "chain", "The experiments with simulated observers")
     for experiment in EXPERIMENTS + ([] if options.quick else CORRECTED):
         with tempfile.TemporaryDirectory() as folder:
-            sessions, cost = run(experiment, options.out, Path(folder), 2 if options.quick else experiment.participants)
+            sessions, cost = run(experiment, options.out, Path(folder), 1 if options.quick else experiment.participants)
             read = analysis.read([sessions])
             (report_realism if experiment.name == "tumour_realism" else report_equality)(output, experiment, read, cost)
 

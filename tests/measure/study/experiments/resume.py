@@ -55,7 +55,7 @@ def main() -> None:
             state = session.fold(journal.read(whole))
             assert state.ended
             mismatches = 0
-            kills = range(1, events, 40 if options.quick else stride)
+            kills = range(1, events, 120 if options.quick else stride)
             for kill_after in kills:
                 path = Path(folder) / f"killed_{kill_after}" / whole.name
                 run(path, chosen, kill_after)
