@@ -199,9 +199,9 @@ TEST(ServiceCalibration, RefusesWhatItCannotUse) {
 /// A calibration of one client whose lease another one takes.
 class CalibratingUnderALease : public testing::Test {
  protected:
-  CalibratingUnderALease() { EXPECT_TRUE(holder_.acquire().ok()); }
-
-  grpc::Status start(const v1::StartCalibrationRequest& request) const {
+  /// Acquires the lease only now: to simulate what is pushed may take longer than a lease is kept.
+  grpc::Status start(const v1::StartCalibrationRequest& request) {
+    EXPECT_TRUE(holder_.acquire().ok());
     v1::StartCalibrationResponse response;
     return service_.stub->StartCalibration(holder_.context().get(), request, &response);
   }
