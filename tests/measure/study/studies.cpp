@@ -98,6 +98,8 @@ const std::vector<Study>& studies() {
        "the force at the hand while it presses, not only while it holds",
        {
            {"error", "error at 2, 10 and 30 N/s and held, with and without compensation", run_loading_error},
+           {"budget", "which part of the error each cause makes, by switching it off in the rig",
+            run_loading_budget},
        }},
       {"onset",
        "how a contact begins to be felt",

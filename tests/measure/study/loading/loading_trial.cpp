@@ -13,7 +13,9 @@ namespace hapticd::study {
 
 namespace {
 
+constexpr double kHandHomeMm = 10.0;  // of the simulated hand's programs
 constexpr double kClearanceMm = 0.5;  // between the waiting tip and the surface
+constexpr double kWaitsS = 1.0;
 constexpr double kHoldS = 3.0;
 constexpr double kHeldJudgedS = 1.0;
 constexpr double kRateOverS = 0.02;

@@ -10,9 +10,6 @@
 
 namespace hapticd::study {
 
-inline constexpr double kHandHomeMm = 10.0;  ///< height that the simulated hand's programs begin at
-inline constexpr double kWaitsS = 1.0;       ///< from the start until the hand begins to press
-
 /// What a press is made with; all of it may be changed before it is tried.
 struct LoadingTrial {
   sim::SimulationConfig rig{};

@@ -22,6 +22,8 @@ constexpr double kDeepMm = 6.0;   // and as far from above
 constexpr double kFirstMm = 2.0;  // what is drawn
 constexpr double kOverMm = 0.3;   // of a slope
 constexpr double kFeltN = 0.002;  // of the device, below which nothing is rendered
+constexpr double kWaitsS = 1.0;
+constexpr double kHandHomeMm = 10.0;
 constexpr double kSpeeds[] = {5.0, 20.0, 50.0, 80.0};
 
 sim::HandProgram moving_to(double height_mm, double travel_s) {
