@@ -16,8 +16,8 @@ namespace hapticd::server {
 /// A file of rows and events under way. One thread; another may sync().
 class RecordingOutput {
  public:
-  /// Begins the file `path`, which must not exist: what it begins with is on the disk when it returns. After
-  /// an error there is no file. `start`: what is known of it, kStartMetadata.
+  /// Begins the file `path`, which must not exist. The beginning is on the disk when this returns; a call
+  /// that fails leaves no file. `start`: what is known about the recording (kStartMetadata).
   static hal::Result<RecordingOutput> begin(const std::string& path,
                                             const std::vector<recording::Column>& columns,
                                             const RecordingSources& sources, const ClockAnchor& anchor,

@@ -257,6 +257,7 @@ def report_realism(output: study_output.Output, experiment: Experiment, sessions
 def main() -> None:
     options = study_output.options(__doc__)
     output = study_output.Output(options.out, "chain", "The experiments with simulated observers")
+    # Quickly, the first is left out: it takes the path of the second, and twice the time.
     for experiment in EXPERIMENTS[1:] if options.quick else EXPERIMENTS + CORRECTED:
         with tempfile.TemporaryDirectory() as folder:
             sessions, cost = run(experiment, options.out, Path(folder), 1 if options.quick else experiment.participants)

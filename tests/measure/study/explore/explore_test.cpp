@@ -80,7 +80,7 @@ std::string name_of_explored(const testing::TestParamInfo<ExploredCase>& info) {
   const auto& [object, plant, shipped] = info.param;
   return object + "_" + sim::name_of(plant) + (shipped ? "_shipped" : "_identified");
 }
-/// What is identified on the separable family is what is shipped, as the next test asserts.
+/// On the separable family the shipped models stand for identified ones: the next test asserts that they agree.
 std::vector<ExploredCase> explored_cases() {
   std::vector<ExploredCase> all;
   for (const std::string& object : explored_objects()) {
