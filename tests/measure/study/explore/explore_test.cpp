@@ -80,7 +80,7 @@ std::string name_of_explored(const testing::TestParamInfo<ExploredCase>& info) {
   const auto& [object, plant, shipped] = info.param;
   return object + "_" + sim::name_of(plant) + (shipped ? "_shipped" : "_identified");
 }
-/// On the separable family the shipped models stand for identified ones: the next test asserts that they agree.
+/// Shipped models stand for identified ones on the separable family: the next test asserts that they agree.
 std::vector<ExploredCase> explored_cases() {
   std::vector<ExploredCase> all;
   for (const std::string& object : explored_objects()) {
