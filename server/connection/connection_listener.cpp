@@ -34,6 +34,8 @@ constexpr std::size_t kMaxConnections = 2048;
 /// Maximum number of tries to find two free ports next to each other.
 constexpr int kMaxTries = 100;
 constexpr int kMaxRetryMs = 10;
+/// Time for connections that wait to be served.
+constexpr int kServeMs = 1;
 constexpr std::uint64_t kRefusalsBetweenWarnings = 1000;
 
 std::size_t max_descriptor_of_connections() {
@@ -196,8 +198,8 @@ ConnectionListener::~ConnectionListener() {
   }
 }
 
-void ConnectionListener::start(Take take) {
-  take_ = std::move(take);
+void ConnectionListener::start(Takers takers) {
+  takers_ = std::move(takers);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -230,9 +232,13 @@ void ConnectionListener::run() {
 
 void ConnectionListener::accept_all(const Listening& listening) {
   for (;;) {
+    if (!takers_.has_room(listening.kind)) {
+      poll(nullptr, 0, kServeMs);
+      return;
+    }
     const int descriptor = accept4(listening.descriptor, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (descriptor >= 0 && static_cast<std::size_t>(descriptor) < max_descriptor_) {
-      take_(descriptor, kind_of(descriptor, listening.kind));
+      takers_.take(descriptor, kind_of(descriptor, listening.kind));
       continue;
     }
     if (descriptor >= 0) {

@@ -23,8 +23,14 @@ namespace hapticd::server {
 /// is closed at once; the next is served as soon as a descriptor is free.
 class ConnectionListener {
  public:
-  /// Takes over a connection's descriptor. Called in the listener's thread.
-  using Take = std::function<void(int descriptor, ConnectionKind kind)>;
+  /// What serves the connections. Called in the listener's thread.
+  struct Takers {
+    /// Takes over a connection's descriptor.
+    std::function<void(int descriptor, ConnectionKind kind)> take;
+    /// False while those of this kind that were taken over still wait to be served: the next ones stay in the
+    /// kernel's queue. Each has one descriptor then and needs three to be served.
+    std::function<bool(ConnectionKind kind)> has_room;
+  };
 
   struct Endpoints {
     ListenAddress loopback;
@@ -44,7 +50,7 @@ class ConnectionListener {
   ConnectionListener(const ConnectionListener&) = delete;
   ConnectionListener& operator=(const ConnectionListener&) = delete;
 
-  void start(Take take);
+  void start(Takers takers);
   /// Accepts no more. Connections that were handed on stay open.
   void stop();
   /// The TCP port in use.
@@ -87,7 +93,7 @@ class ConnectionListener {
   int spare_ = -1;
   std::size_t max_descriptor_ = 0;  ///< a connection's number; the kernel gives the lowest that is free
   std::uint64_t refused_ = 0;
-  Take take_;
+  Takers takers_;
   std::thread thread_;
 };
 

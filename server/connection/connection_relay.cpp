@@ -80,6 +80,11 @@ void ConnectionRelay::take(int descriptor, Identity who) {
   eventfd_write(wake_, 1);
 }
 
+bool ConnectionRelay::has_room() {
+  const MutexLock lock(mutex_);
+  return arrivals_.size() < kMaxArrivals;
+}
+
 void ConnectionRelay::run() {
   pthread_setname_np(pthread_self(), parts_.thread_name);
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);

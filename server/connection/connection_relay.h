@@ -35,6 +35,7 @@ class RolePolicy;
 class ConnectionRelay {
  public:
   static constexpr std::size_t kMaxStrangers = 64;
+  static constexpr std::size_t kMaxArrivals = 8;
   /// Time from the beginning of a connection until its client speaks HTTP/2.
   static constexpr std::chrono::seconds kMaxHandshake{10};
 
@@ -58,6 +59,8 @@ class ConnectionRelay {
   /// Takes over the descriptor of a client, which must not block. Any thread. `who`: over TLS only the
   /// address (Identity::peer) counts.
   void take(int descriptor, Identity who);
+  /// False while so many that were taken wait for the thread that no more should come. Any thread.
+  bool has_room();
 
  private:
   struct Arrival {

@@ -344,7 +344,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   if (state->server == nullptr) return hal::Error{"gRPC does not start", config.listen.text(), "", "", ""};
   state->poller->start();
   state->start_relays(std::move(tls), parts.policy);
-  state->listener->start([here = state.get()](int descriptor, ConnectionKind kind) {
+  ConnectionListener::Takers takers;
+  takers.take = [here = state.get()](int descriptor, ConnectionKind kind) {
     if (kind == ConnectionKind::kTls) {
       Identity stranger;
       stranger.peer = address_of_peer(descriptor);
@@ -352,7 +353,11 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
     } else {
       here->relay->take(descriptor, here->local_clients->identify(descriptor, kind));
     }
-  });
+  };
+  takers.has_room = [here = state.get()](ConnectionKind kind) {
+    return (kind == ConnectionKind::kTls ? here->tls_relay : here->relay)->has_room();
+  };
+  state->listener->start(std::move(takers));
   std::unique_ptr<GrpcServer> server(new GrpcServer(std::move(state)));
   server->set_serving(false);
   return server;
