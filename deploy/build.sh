@@ -3,6 +3,8 @@
 #
 #   bash deploy/build.sh PRESET [TARGET ...]     no target = all
 #
+# HAPTICD_FILES_AT_ONCE sets how many files are compiled as one, in place of the preset's number.
+#
 # A terminal shows the build's progress; without one a line every 30 s says how far it is and how long it will take.
 # What the compiler says is shown if the build fails.
 set -euo pipefail
@@ -39,7 +41,8 @@ show_progress() {
 }
 
 echo "Building ($preset) ..."
-quietly cmake --preset "$preset"
+at_once=${HAPTICD_FILES_AT_ONCE:-}
+quietly cmake --preset "$preset" ${at_once:+"-DHAPTICD_FILES_AT_ONCE=$at_once"}
 if [[ -t 1 ]]; then
   cmake --build --preset "$preset" "${targets[@]}"
 else
