@@ -23,7 +23,7 @@ declare -A packages=(
   # The compiler of the preset asan, which also fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.
-  [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
+  [docs]="mkdocs doxygen graphviz python3-grpcio python3-protobuf python3-numpy"
   # A cluster on one machine, to try the report's job array; only when asked for.
   [slurm]="slurmctld slurmd slurm-client munge"
   # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
