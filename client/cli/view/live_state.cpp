@@ -56,6 +56,8 @@ std::string contact_words(const LiveState& state) {
       return fmt::format("waiting until nothing touches the tool: {:.2f} N remain; move it in free air",
                          state.detection_force_n);
     case v1::CONTACT_REASON_WITHDRAWN:
+      if (std::abs(state.detection_force_n) < kNothingN)
+        return "what was felt was no object; nothing is felt any more";
       return fmt::format("what was felt was no object; waiting until {:.2f} N are gone",
                          state.detection_force_n);
     default:

@@ -58,6 +58,8 @@ TEST(LiveState, WaitsUntilTheToolIsFree) {
   state.set_detection_force_n(0.1234);
   state.set_contact_reason(v1::CONTACT_REASON_WITHDRAWN);
   EXPECT_EQ(reported(state), "what was felt was no object; waiting until 0.12 N are gone");
+  state.set_detection_force_n(-0.003);
+  EXPECT_EQ(reported(state), "what was felt was no object; nothing is felt any more");
 }
 
 TEST(LiveState, AWallWaitsForAPositionNotForAForce) {
