@@ -13,22 +13,11 @@ namespace hapticd::study {
 
 namespace {
 
-constexpr double kHandHomeMm = 10.0;  // of the simulated hand's programs
 constexpr double kClearanceMm = 0.5;  // between the waiting tip and the surface
-constexpr double kWaitsS = 1.0;
+constexpr double kRestS = 1.0;
 constexpr double kHoldS = 3.0;
 constexpr double kHeldJudgedS = 1.0;
 constexpr double kRateOverS = 0.02;
-
-/// Goes to a height along a minimum-jerk course and stays there.
-sim::HandProgram going_to(double height_mm, double travel_s, double grip_stiffness_scale) {
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kRest;
-  hand.place_mm.z = height_mm - kHandHomeMm;
-  hand.travel_s = travel_s;
-  hand.grip_stiffness_scale = grip_stiffness_scale;
-  return hand;
-}
 
 LoadingTrial trial_on(const std::string& device, const std::string& object, double target_n_per_mm) {
   LoadingTrial trial;
@@ -61,6 +50,16 @@ double max_rate(const std::vector<double>& force_n, double rate_hz) {
 
 }  // namespace
 
+sim::HandProgram going_to(double height_mm, double travel_s, double grip_stiffness_scale) {
+  constexpr double kHandHomeMm = 10.0;  // of the simulated hand's programs
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kRest;
+  hand.place_mm.z = height_mm - kHandHomeMm;
+  hand.travel_s = travel_s;
+  hand.grip_stiffness_scale = grip_stiffness_scale;
+  return hand;
+}
+
 LoadingTrial tap_loading(const std::string& device, const std::string& object, double target_n_per_mm) {
   LoadingTrial trial = trial_on(device, object, target_n_per_mm);
   trial.scene.name = "tap_1d";
@@ -82,7 +81,7 @@ LoadingOutcome press(const LoadingTrial& trial) {
   scene.target = rt::linear_target(trial.target_n_per_mm);
   VirtualRun run(trial.rig, scene, true, trial.model ? &*trial.model : nullptr);
   run.set_hand(going_to(kClearanceMm, 0.0, trial.grip_stiffness_scale));
-  while (run.time_s() < kWaitsS) run.step();
+  while (run.time_s() < kRestS) run.step();
 
   const sim::HandProgram resting = going_to(0.0, 0.0, trial.grip_stiffness_scale);
   const double final_mm = trial.force_n / trial.target_n_per_mm;

@@ -50,6 +50,10 @@ struct LoadingOutcome {
 /// Loading is judged beyond this share of the final displacement, until the hand means to hold.
 inline constexpr double kJudgedBeyondShare = 0.1;
 
+/// A hand that goes to a height along a minimum-jerk course and stays there. `grip_stiffness_scale`: see
+/// HandProgram.
+sim::HandProgram going_to(double height_mm, double travel_s, double grip_stiffness_scale = 1.0);
+
 /// The hand waits just above the surface, presses along a minimum-jerk course to where the target at
 /// `force_n` would let it rest, and holds for three seconds. Its own spring lies between what it means and
 /// what it does. Force and displacement are the simulation's truth.

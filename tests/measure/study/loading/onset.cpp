@@ -23,16 +23,7 @@ constexpr double kFirstMm = 2.0;  // what is drawn
 constexpr double kOverMm = 0.3;   // of a slope
 constexpr double kFeltN = 0.002;  // of the device, below which nothing is rendered
 constexpr double kWaitsS = 1.0;
-constexpr double kHandHomeMm = 10.0;
 constexpr double kSpeeds[] = {5.0, 20.0, 50.0, 80.0};
-
-sim::HandProgram moving_to(double height_mm, double travel_s) {
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kRest;
-  hand.place_mm.z = height_mm - kHandHomeMm;
-  hand.travel_s = travel_s;
-  return hand;
-}
 
 /// Steepest slope over kOverMm of what the hand feels beyond what moves its arm.
 double steepest(const std::vector<LoadingPoint>& points) {
@@ -61,12 +52,12 @@ std::vector<std::pair<std::string, double>> conditions_and_speeds() {
 template <class Look>
 void press_at(VirtualRun& run, double speed_mm_per_s, Look look) {
   // Down and up in free air first, as a hand does: a zero is known by that.
-  run.set_hand(moving_to(2.0 * kDeepMm, 0.0));
+  run.set_hand(going_to(2.0 * kDeepMm, 0.0));
   while (run.time_s() < 0.5 * kWaitsS) run.step();
-  run.set_hand(moving_to(kDeepMm, 0.3 * kWaitsS));
+  run.set_hand(going_to(kDeepMm, 0.3 * kWaitsS));
   while (run.time_s() < kWaitsS) run.step();
   const double travel_s = 1.875 * 2.0 * kDeepMm / speed_mm_per_s;
-  run.set_hand(moving_to(-kDeepMm, travel_s));
+  run.set_hand(going_to(-kDeepMm, travel_s));
   const double began_s = run.time_s();
   while (run.time_s() < began_s + travel_s) {
     run.step();
