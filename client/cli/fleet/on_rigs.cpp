@@ -14,8 +14,10 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
+#include <variant>
 
 #include "client/cli/session/print.h"
+#include "client/cli/text/report.h"
 #include "proto/text/json_depth.h"
 
 extern char** environ;
@@ -30,6 +32,7 @@ constexpr std::size_t kMaxText = std::size_t{16} << 20U;
 /// A run of this program whose whole output is read.
 class Run {
  public:
+  /// Throws LocalError if it cannot be started.
   explicit Run(std::vector<std::string> arguments) {
     int pipe[2];
     if (pipe2(pipe, O_CLOEXEC) != 0) throw LocalError("no pipe for a command", "", std::strerror(errno));
@@ -46,7 +49,10 @@ class Run {
     posix_spawn_file_actions_destroy(&actions);
     close(pipe[1]);
     output_ = pipe[0];
-    if (failure != 0) throw LocalError("the command cannot be started", "hapticctl", std::strerror(failure));
+    if (failure != 0) {
+      close(output_);
+      throw LocalError("the command cannot be started", "hapticctl", std::strerror(failure));
+    }
     reader_ = std::thread([this] { read_all(); });
   }
   ~Run() {
@@ -94,21 +100,38 @@ std::vector<std::string> arguments_for(const ListedRig& rig, const std::vector<s
 
 void run_on_rigs(const std::vector<ListedRig>& rigs, const std::vector<std::string>& command,
                  Session& session) {
-  std::vector<std::unique_ptr<Run>> runs;
-  for (const ListedRig& rig : rigs)
-    runs.push_back(std::make_unique<Run>(arguments_for(rig, command, session)));
+  std::vector<std::variant<std::unique_ptr<Run>, LocalError>> runs;
+  for (const ListedRig& rig : rigs) {
+    try {
+      runs.emplace_back(std::make_unique<Run>(arguments_for(rig, command, session)));
+    } catch (const LocalError& error) {  // the rigs behind it must be stopped, too
+      runs.emplace_back(error);
+    }
+  }
   Json answers = Json::object();
   int worst = 0;
   for (std::size_t i = 0; i < rigs.size(); ++i) {
-    worst = std::max(worst, runs[i]->wait());
+    if (!session.json) {
+      if (i > 0) print_line("");
+      print_line("{} ({})", Terminal::detect().bold(rigs[i].name), rigs[i].server);
+    }
+    if (const auto* error = std::get_if<LocalError>(&runs[i])) {
+      worst = std::max(worst, static_cast<int>(ExitCode::kUsage));
+      if (session.json) {
+        answers[rigs[i].name] = to_json(*error);
+      } else {
+        report(*error, session);
+      }
+      continue;
+    }
+    Run& run = *std::get<0>(runs[i]);
+    worst = std::max(worst, run.wait());
     if (session.json) {
-      const std::string& words = runs[i]->text();
+      const std::string& words = run.text();
       Json answer = text::is_shallow_json(words) ? Json::parse(words, nullptr, false) : Json(words);
       answers[rigs[i].name] = answer.is_discarded() ? Json(words) : std::move(answer);
     } else {
-      if (i > 0) print_line("");
-      print_line("{} ({})", Terminal::detect().bold(rigs[i].name), rigs[i].server);
-      print_text(runs[i]->text());
+      print_text(run.text());
     }
   }
   if (session.json) print_json(answers);

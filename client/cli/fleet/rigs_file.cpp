@@ -46,9 +46,9 @@ ListedRig rig_of(const std::string& name, const toml::table& table, const std::s
                        "server, certificates, note", "remove it or write one of those");
     }
     const auto text = value.value<std::string>();
-    if (!value.is_string() || text->empty()) {
+    if (!value.is_string() || text->empty() || text->find('\0') != std::string::npos) {
       throw LocalError(fmt::format("'{}' of rig '{}' is no text", known, name), place(source, value), "",
-                       "a text in quotes", fmt::format("{} = \"...\"", known));
+                       "a text in quotes, without a zero byte", fmt::format("{} = \"...\"", known));
     }
     *kept = *text;
   }

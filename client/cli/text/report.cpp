@@ -21,21 +21,24 @@ std::string reason_word(const v1::ErrorDetail& detail) {
   return name;
 }
 
+constexpr const char* kLocal = "error";
+
+Json error_json(const char* kind, const std::string& code, const v1::ErrorDetail& detail) {
+  return {{"error",
+           {{"kind", kind},
+            {"code", code},
+            {"reason", reason_word(detail)},
+            {"what", detail.what()},
+            {"where", detail.where()},
+            {"value", detail.value()},
+            {"limit", detail.limit()},
+            {"remedy", detail.remedy()}}}};
+}
+
 void print_error(const char* kind, const std::string& code, const v1::ErrorDetail& contract_detail,
                  bool json) {
   const v1::ErrorDetail detail = in_command_words(contract_detail);
-  if (json) {
-    print_json({{"error",
-                 {{"kind", kind},
-                  {"code", code},
-                  {"reason", reason_word(detail)},
-                  {"what", detail.what()},
-                  {"where", detail.where()},
-                  {"value", detail.value()},
-                  {"limit", detail.limit()},
-                  {"remedy", detail.remedy()}}}});
-    return;
-  }
+  if (json) return print_json(error_json(kind, code, detail));
   print_error_line("hapticctl: {}: {}", kind, detail.what());
   const auto line = [](const char* label, const std::string& text) {
     if (!text.empty()) print_error_line("  {:<9} {}", label, text);
@@ -74,8 +77,12 @@ ExitCode report(const client::Error& error, const Session& session) {
 }
 
 ExitCode report(const LocalError& error, const Session& session) {
-  print_error("error", "", error.detail(), session.json);
+  print_error(kLocal, "", error.detail(), session.json);
   return ExitCode::kUsage;
+}
+
+Json to_json(const LocalError& error) {
+  return error_json(kLocal, "", in_command_words(error.detail()));
 }
 
 ExitCode report_usage(const LocalError& error, const Session& session) {

@@ -39,5 +39,27 @@ TEST(HapticctlRigs, StopReachesEachRigThatIsThereAndTheOthersAreNamed) {
   unsetenv("HAPTICD_RIGS");
 }
 
+TEST(HapticctlRigs, AStopThatCannotBeStartedForOneRigHoldsUpNoOther) {
+  const RunningService first;
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/rigs.toml";
+  std::ofstream list(file);
+  list << "[first]\nserver = \"" << first.address() << "\"\n";
+  std::string names = "first";
+  for (int i = 0; i < 100; ++i) {  // more than there are descriptors for
+    list << "[rig" << i << "]\nserver = \"unix:" << folder.path() << "/none.sock\"\n";
+    names += ",rig" + std::to_string(i);
+  }
+  list.close();
+  setenv("HAPTICD_RIGS", file.c_str(), 1);
+  ChildProcess stop("/bin/bash", {"-c", "ulimit -n 64; exec \"$@\"", "bash", HAPTICCTL_BINARY, "--json",
+                                  "--rigs", names, "stop"});
+  EXPECT_EQ(stop.wait(), 3);
+  unsetenv("HAPTICD_RIGS");
+  const auto answers = nlohmann::json::parse(stop.output());
+  EXPECT_EQ(answers.at("first").at("guard_state"), "latched") << stop.output();
+  EXPECT_EQ(answers.at("rig99").at("error").at("kind"), "error");
+}
+
 }  // namespace
 }  // namespace hapticd::test

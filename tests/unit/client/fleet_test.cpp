@@ -56,6 +56,7 @@ TEST(Rigs, MistakesAreNamedWithLineAndRemedy) {
   EXPECT_EQ(refusal("[a]\nserver = \"x:1\"\ncolour = \"red\"\n").where(), "rigs.toml, line 3");
   EXPECT_EQ(refusal("[a]\nnote = \"x\"\n").what(), "rig 'a' has no server");
   EXPECT_EQ(refusal("[a]\nserver = 5\n").what(), "'server' of rig 'a' is no text");
+  EXPECT_EQ(refusal("[a]\nserver = \"x:1\\u0000y\"\n").limit(), "a text in quotes, without a zero byte");
   EXPECT_EQ(refusal("a = 1\n").what(), "'a' is no rig");
   EXPECT_EQ(refusal("[all]\nserver = \"x:1\"\n").what(), "a rig cannot have this name");
   EXPECT_NE(refusal("[a\n").what().find("not TOML"), std::string::npos);
