@@ -46,6 +46,12 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     progress.residual = model->residual;
     converged = model->converged && ended.ending != Ending::kFault;
     model->converged = converged;
+    // Covers an end that found that what was missing is not needed.
+    if (converged) {
+      progress.steady = progress.certain = progress.converged = true;
+      progress.missing.clear();
+      progress.completion = 1.0;
+    }
     model->object = run.request.object;
     if (run.recording) {
       model->data_reference = run.recording->description.name + ", sha256 " + run.recording->sha256;

@@ -8,6 +8,8 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -123,6 +125,53 @@ TEST(IdentificationRunner, StartsOneOnly) {
   }
   for (std::thread& client : clients) client.join();
   EXPECT_EQ(started, 1);
+}
+
+/// Keeps `text` as a recording; its id.
+std::string upload(RecordingShelf& shelf, const std::string& text) {
+  auto upload = shelf.begin({.name = "presses.csv", .columns = {}}, 0.0);
+  EXPECT_TRUE(upload);
+  EXPECT_FALSE((*upload)->append(text));
+  const auto kept = shelf.finish(std::move(*upload));
+  EXPECT_TRUE(kept);
+  return (*kept)->id;
+}
+
+/// Presses of an object that gives by a power law and does not creep, of several depths and speeds, too short
+/// and too noisy to see how much creeps.
+std::string short_presses() {
+  std::string text = "time_s,force_N,position_mm\n";
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise(0.0, 0.1);
+  double start_s = 0.0;
+  for (int press = 0; press < 4; ++press) {
+    const double length_s = 0.2 + 0.4 * press;
+    const double deepest_mm = 4.0 + press % 3;
+    for (double t = 0.0; t < length_s + 0.3; t += 2e-3) {
+      const double x = t < length_s ? deepest_mm * std::sin(3.14159 * t / length_s) : -1.0;
+      text += fmt::format("{:.3f},{:.4f},{:.4f}\n", start_s + t,
+                          (x > 0.0 ? 0.25 * std::pow(x, 1.2) : 0.0) + noise(random), x);
+    }
+    start_s += length_s + 0.302;
+  }
+  return text;
+}
+
+TEST(IdentificationRunner, MissesNothingOnceItHasConverged) {
+  RunnerBench bench;
+  IdentificationRequest request = contact_request();
+  request.recording = upload(bench.runner.recordings(), short_presses());
+  const auto id = hapticd::test::value_of(bench.runner.start(request));
+  IdentificationReport report;
+  std::uint64_t version = 0;
+  do {
+    report = hapticd::test::value_of(bench.runner.report(id, version, patient()));
+    version = report.version;
+  } while (report.state == IdentificationState::kRunning);
+  EXPECT_EQ(report.state, IdentificationState::kConverged);
+  EXPECT_TRUE(report.progress.steady && report.progress.certain && report.progress.converged);
+  EXPECT_TRUE(report.progress.missing.empty());
+  EXPECT_EQ(report.progress.completion, 1.0);
 }
 
 /// Long enough that others come while it is read.
