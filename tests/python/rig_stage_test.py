@@ -79,10 +79,12 @@ def test_what_cannot_be_run_is_said_before(start_daemon: Any, tmp_path: Path) ->
     wrong["condition"] = [{**document()["condition"][0], "reference": {"station": "foam"}}]
     unknown = document()
     unknown["comparison"] = {"scene": "no_such_scene"}
+    unwatched = document()
+    unwatched["reference"] = {"scene": "tap_1d"}
     infeasible = document()
     infeasible["condition"] = [{**document()["condition"][0], "object_n_per_mm": 5.0}]
     with hapticd.connect(daemon.address) as rig, RigStage(rig, SimulatedHand(1, "S1")) as stage:
-        for changed, word in ((wrong, "sponge, ball, empty|ball, empty, sponge"), (infeasible, "not feasible")):
+        for changed, word in ((wrong, "sponge, ball, empty|ball, empty, sponge"), (unwatched, r"reference: scene.*tap_1d.*\[watch\]"), (infeasible, "not feasible")):
             with pytest.raises(BadFile, match=word):
                 stage.check(protocol.of(changed, "test"))
         with pytest.raises(hapticd.HapticdError, match="no_such_scene"):

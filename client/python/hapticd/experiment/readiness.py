@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import tomllib
 from typing import Callable, Optional
 
 import hapticd
@@ -34,7 +35,7 @@ TABLE_REMEDIES = {
 
 def check_scenes(rig: hapticd.Rig, protocol: protocols.Protocol) -> dict[str, float]:
     """Highest level of the comparison that the rig renders, by condition, N/mm. Raises BadFile for a station that there
-    is not, a scene that cannot be loaded, a target that is too stiff."""
+    is not, a scene that cannot be loaded or watches nothing, a target that is too stiff."""
     stations, rendered = _stations(rig), {}
     for condition in protocol.conditions:
         for role, stimulus in (("reference", condition.reference), ("comparison", condition.comparison)):
@@ -49,6 +50,11 @@ def check_scenes(rig: hapticd.Rig, protocol: protocols.Protocol) -> dict[str, fl
             outline = rig.explain_scene(stimulus.scene or None, toml=stimulus.scene_toml or None)
             if outline.HasField("obstacle"):
                 raise BadFile(outline.obstacle.what, where=f"{where}: scene", limit=outline.obstacle.limit, remedy=outline.obstacle.remedy)
+            if "watch" not in tomllib.loads(outline.resolved_toml):
+                raise BadFile(
+                    "the scene watches no presentation", where=f"{where}: scene", value=outline.name, limit="a scene with a section [watch]",
+                    remedy="add the section to a copy of it (hapticctl scene show), or name another scene, such as press_guided",
+                )  # fmt: skip
             most = outline.max_target_stiffness_n_per_mm
             if protocol.kind == "compare" and most > 0.0:
                 _check_rendered(protocol, condition, role, most)

@@ -27,7 +27,8 @@ class Table:
         if key in self._values:
             return self._values.pop(key)
         if default is ...:
-            raise BadFile("this key is missing", where=self._at(key))
+            near = difflib.get_close_matches(key, self._values, 1)
+            raise BadFile("this key is missing", where=self._at(key), remedy=f"there is '{near[0]}': did you mean '{key}'?" if near else "")
         return default
 
     def text(self, key: str, default: Any = ..., *, limit: int = 4096) -> str:
