@@ -435,6 +435,7 @@ def test_recordings_open_alike(start_daemon: Any, tmp_path: Path) -> None:
         rig.read(0.5, ["contact"])
         rig.annotate_recording("here")
         rig.set_target(0.25)
+        rig.load_scene("wall")
         rig.read(0.3, ["contact"])
         made = rig.stop_recording()
         paths = [rig.download_recording(tmp_path / name, made.id) for name in ("a.mcap", "a.h5")]
@@ -450,6 +451,9 @@ def test_recordings_open_alike(start_daemon: Any, tmp_path: Path) -> None:
         assert recording.damage == ""
         assert [event.text for event in recording.events if event.kind == "annotation"] == ["here"]
         assert recording.data.unit("contact_reaction_force_n") == "N"
+        assert recording.metadata["scene"]["name"] == "wall"
+    assert {name: set(keys) for name, keys in one.metadata.items()} == {name: set(keys) for name, keys in other.metadata.items()}
+    assert one.metadata["scene"] == other.metadata["scene"] and one.metadata["configuration"] == other.metadata["configuration"]
     common = set(one.data.names) & set(other.data.names)
     assert "contact_reaction_force_n" in common
     for name in common:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import zlib
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ class Recording:
     #: Every sample, every column.
     data: Block
     events: list[Event]
-    #: Texts by name: "recording", "scene", "configuration", "end" …, each name with its keys.
+    #: Texts by name: "recording", "configuration", "scene", "clock_anchor", "end", each name with its keys; of several scenes the last.
     metadata: dict[str, dict[str, str]]
     #: Empty, or why the file's end is missing.
     damage: str = ""
@@ -238,6 +239,10 @@ def _text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
+#: "scene_toml", and "scene_toml_2" of the second scene, as an export joins name, key and number.
+_JOINED = re.compile(r"(?P<name>configuration|clock_anchor|scene)_(?P<key>.+?)(?:_(?P<number>[0-9]+))?")
+
+
 def _from_hdf5(path: Path, file: Any) -> Recording:
     table = file["telemetry"]
     names = list(table)
@@ -254,7 +259,10 @@ def _from_hdf5(path: Path, file: Any) -> Recording:
         Event(int(tick), float(time_ns) * 1e-9, _text(kind), _text(text), _text(by))
         for tick, time_ns, kind, text, by in zip(*(happened[name][:] for name in ("tick", "time_ns", "kind", "text", "by")))
     ]
-    metadata: dict[str, dict[str, str]] = {"recording": {name: _text(value) for name, value in file.attrs.items()}}
-    for name, value in file.get("metadata", {}).items():
-        metadata[name] = {"text": _text(value[()])}
+    metadata: dict[str, dict[str, str]] = {}
+    for name, value in file.attrs.items():
+        metadata.setdefault("end" if name.startswith("end_") else "recording", {})[name.removeprefix("end_")] = _text(value)
+    joined = [_JOINED.fullmatch(name) for name in file.get("metadata", {})]
+    for found in sorted(filter(None, joined), key=lambda one: int(one["number"] or 1)):
+        metadata.setdefault(found["name"], {})[found["key"]] = _text(file["metadata"][found[0]][()])
     return Recording(path, Block(columns, rows), events, metadata)
