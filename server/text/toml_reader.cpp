@@ -53,6 +53,22 @@ double number_at(const toml::array& array, std::size_t i) {
   return array.get(i)->value<double>().value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
+/// Remedy for a syntax error at this place; a comma between two digits is meant as a decimal mark.
+std::string syntax_remedy(std::string_view text, const toml::source_position& at) {
+  for (toml::source_index line = 1; line < at.line; ++line) {
+    text.remove_prefix(std::min(text.size(), text.find('\n')));
+    text.remove_prefix(std::min<std::size_t>(text.size(), 1));
+  }
+  text = text.substr(0, text.find('\n'));
+  const auto is_digit = [&text](std::size_t i) {
+    return i < text.size() && text[i] >= '0' && text[i] <= '9';
+  };
+  const std::size_t comma = at.column;  // counted from 1
+  if (comma >= 2 && comma <= text.size() && text[comma - 1] == ',' && is_digit(comma - 2) && is_digit(comma))
+    return "write a decimal point, not a comma";
+  return "correct the syntax";
+}
+
 }  // namespace
 
 struct TomlTable::State {
@@ -353,7 +369,7 @@ hal::Result<TomlDocument> TomlDocument::parse(std::string_view text, std::string
     return hal::Error::of(
         hal::ErrorCode::kSyntax, "not valid TOML: " + std::string(error.description()),
         fmt::format("{}, line {}, column {}", source, error.source().begin.line, error.source().begin.column),
-        "", "", "correct the syntax");
+        "", "", syntax_remedy(text, error.source().begin));
   }
   state->source = std::move(source);
   return TomlDocument(std::move(state));

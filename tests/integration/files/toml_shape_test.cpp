@@ -113,6 +113,17 @@ TEST(TomlShape, WhatTheLibraryHoldsImpossibleIsASyntaxError) {
   }
 }
 
+TEST(TomlSyntax, SaysThatADecimalMarkIsAPoint) {
+  const auto remedy_of = [](const char* text) {
+    return TomlDocument::parse(text, "scene text").error().remedy;
+  };
+  EXPECT_EQ(remedy_of("name = \"x\"\n[target]\nstiffness_n_per_mm = 0,5\n"),
+            "write a decimal point, not a comma");
+  EXPECT_EQ(remedy_of("a = 0,"), "correct the syntax");
+  EXPECT_EQ(remedy_of("a = \"x\", b = 1"), "correct the syntax");
+  EXPECT_EQ(remedy_of("= 1,5"), "correct the syntax");
+}
+
 // 62 kB of one dotted key used up the stack of the one who parsed it.
 TEST(TomlShape, StandsBeforeScenesAndConfigurations) {
   using enum hal::ErrorCode;
