@@ -209,8 +209,14 @@ void add_lease_commands(CLI::App& app, Session& session) {
       "The exit code is the program's; where it is 0 and the lease was lost meanwhile: 1 by another client, "
       "3 with "
       "the daemon.\nWith the daemon lost, the program is asked to end (SIGTERM), a shell is not.");
-  holding->add_option("--purpose", options->purpose, "What for; others see it");
-  holding->add_option("--take", options->take, "Take it from its holder, for this reason");
+  // The "--" before PROGRAM is taken for the text if that was forgotten.
+  const auto is_text = [](const std::string& value) { return std::string(value == "--" ? "no text" : ""); };
+  holding->add_option("--purpose", options->purpose, "What for; others see it")
+      ->check(is_text)
+      ->type_name("TEXT");
+  holding->add_option("--take", options->take, "Take it from its holder, for this reason")
+      ->check(is_text)
+      ->type_name("WHY");
   holding->add_option("--ttl", options->ttl_s, "Seconds until it expires if this program is stopped or lost")
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();

@@ -111,18 +111,23 @@ void append_parts(Lines& lines, const v1::RigState& state, bool detail, const Te
   }
 }
 
+/// "1 overrun", "2 overruns".
+std::string counted(std::uint64_t count, std::string_view noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 void append_loop(Lines& lines, const v1::LoopState& loop, bool detail, const Terminal& terminal) {
   const std::uint64_t overruns =
       loop.overruns_by_wakeup() + loop.overruns_by_compute() + loop.overruns_by_device();
-  std::string heading =
-      fmt::format("{}  {}, {} ticks, {} periods missed; {} overruns", terminal.bold("loop"),
-                  loop.running() ? "running" : "NOT running", loop.ticks(), loop.periods_missed(), overruns);
+  std::string heading = fmt::format("{}  {}, {}, {} missed; {}", terminal.bold("loop"),
+                                    loop.running() ? "running" : "NOT running", counted(loop.ticks(), "tick"),
+                                    counted(loop.periods_missed(), "period"), counted(overruns, "overrun"));
   if (detail && overruns > 0) {
     heading += fmt::format(" ({} by wake-up, {} by computation, {} by the device)", loop.overruns_by_wakeup(),
                            loop.overruns_by_compute(), loop.overruns_by_device());
   }
   if (loop.clock_losses() > 0)
-    heading += fmt::format("; the device's scheduler was lost {} times", loop.clock_losses());
+    heading += fmt::format("; the device's scheduler was lost {}", counted(loop.clock_losses(), "time"));
   lines.emplace_back();
   append(lines, heading, terminal);
   TextTable table({"µs", "mean", "median", "p99", "p99.9", "max"},
@@ -158,8 +163,8 @@ std::string more_text(const v1::RigInfo& rig, const StatusDetail& detail) {
   std::string more;
   if (!detail.parts) more += " --parts";
   if (!detail.rough && !rig.uncertain_parameters().empty()) {
-    more += fmt::format("{} --rough ({} figures known only roughly)", more.empty() ? "" : ",",
-                        rig.uncertain_parameters_size());
+    more += fmt::format("{} --rough ({} known only roughly)", more.empty() ? "" : ",",
+                        counted(static_cast<std::uint64_t>(rig.uncertain_parameters_size()), "figure"));
   }
   return more.empty() ? more : "more: hapticctl status" + more;
 }

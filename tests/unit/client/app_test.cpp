@@ -278,6 +278,8 @@ TEST(App, AValueThatCannotBeIsNamedWithWhatIsPossible) {
             "hapticctl identify structural --help", kRange},
            {"lease hold --ttl 100 -- true", kNotInRange, "lease hold --ttl", "100", "1 … 60 s",
             "hapticctl lease hold --help", kRange},
+           {"lease hold --take -- true", "this cannot be read", "lease hold --take", "--", "WHY",
+            "hapticctl lease hold --help", kInvalid},
            {"status --timeout 0", kNotInRange, "status --timeout", "0", "0.01 … 3600 s",
             "hapticctl status --help", kRange},
            {"identify contact --object a --law crep", "this is not one of the accepted words",

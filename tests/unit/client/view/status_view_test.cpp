@@ -68,7 +68,7 @@ TEST(StatusView, FitsASmallTerminalWithGuardAndContactInView) {
   const std::string all = status_text(lines);
   EXPECT_NE(all.find("latched: sensor stale; no force until hapticctl clear"), std::string::npos) << all;
   EXPECT_NE(all.find("--parts"), std::string::npos) << "says what else there is\n" << all;
-  EXPECT_NE(all.find("--rough (1 figures known only roughly)"), std::string::npos) << all;
+  EXPECT_NE(all.find("--rough (1 figure known only roughly)"), std::string::npos) << all;
 }
 
 TEST(StatusView, CountsOfPartsAreBrokenBetweenWords) {
