@@ -153,24 +153,32 @@ Figure recording_figure(const CsvTable& table) {
   for (double& t : time_s) t -= table.column("time_s").front();
   const Range all_of_it{0.0, std::max(time_s.back(), 1e-3)};
 
-  FigurePanel forces{.title = "Over time (forces in the colours of the left)",
+  const bool has_displacement =
+      table.has("deformation_displacement_mm") || table.has("truth_displacement_mm");
+  FigurePanel curve = has_displacement ? curve_panel(table) : FigurePanel{};
+  // Without a contact there are no curves: what is over time has the whole width, and its own key.
+  const bool touched = !curve.series.empty();
+  const double left = touched ? 0.5 : 0.0;
+  const double width = 1.0 - left;
+  FigurePanel forces{.title = touched ? "Over time (forces in the colours of the left)" : "",
                      .x_label = "",
                      .y_label = "force / N",
-                     .left = 0.5,
+                     .left = left,
                      .bottom = 0.64,
-                     .width = 0.5,
+                     .width = width,
                      .height = 0.31,
+                     .legend = touched ? FigurePanel::Legend::kUpperLeft : FigurePanel::Legend::kAbove,
                      .x_range = all_of_it};
   for (Trace trace : kForceTraces) {
-    trace.name = "";
+    if (touched) trace.name = "";
     add_trace(forces, table, time_s, trace, FigureSeries::Stroke::kThinLine);
   }
   FigurePanel depth{.title = "",
                     .x_label = "",
                     .y_label = "displacement / mm",
-                    .left = 0.5,
+                    .left = left,
                     .bottom = 0.34,
-                    .width = 0.5,
+                    .width = width,
                     .height = 0.31,
                     .legend = FigurePanel::Legend::kAbove,
                     .x_range = all_of_it};
@@ -179,9 +187,9 @@ Figure recording_figure(const CsvTable& table) {
   FigurePanel target{.title = "",
                      .x_label = "time / s",
                      .y_label = "stiffness / (N/mm)",
-                     .left = 0.5,
+                     .left = left,
                      .bottom = 0.0,
-                     .width = 0.5,
+                     .width = width,
                      .height = 0.35,
                      .legend = FigurePanel::Legend::kAbove,
                      .x_range = all_of_it};
@@ -191,9 +199,8 @@ Figure recording_figure(const CsvTable& table) {
                 .width_px = 1200,
                 .height_px = 700,
                 .notes = notes_on(contacts_of(table))};
-  const bool has_displacement =
-      table.has("deformation_displacement_mm") || table.has("truth_displacement_mm");
-  FigurePanel curve = has_displacement ? curve_panel(table) : FigurePanel{};
+  if (has_displacement && !touched)
+    figure.notes.emplace_back("No contact was declared while this was recorded.");
   for (FigurePanel* panel : {&curve, &forces, &depth, &target}) {
     if (!panel->series.empty()) figure.panels.push_back(std::move(*panel));
   }

@@ -65,6 +65,16 @@ TEST(RecordingFigure, ABounceWhereAPressBeginsHidesNoShift) {
   EXPECT_NE(crept.notes[0].find("0.8 mm to the right"), std::string::npos) << crept.notes[0];
 }
 
+TEST(RecordingFigure, OfNoContactIsWideHasAKeyAndSaysSo) {
+  const Figure figure = figure_of("0.0,0,0,0,0,0,0.1,0.5\n0.1,0,0,0,0,0,0.2,0.5\n");
+  const FigurePanel& forces = figure.panels.at(0);
+  EXPECT_EQ(series(forces, "reaction").points.size(), 2U);
+  EXPECT_EQ(forces.title.find("left"), std::string::npos) << "there is no panel to the left of it";
+  for (const FigurePanel& panel : figure.panels) EXPECT_EQ(panel.width, 1.0) << panel.y_label;
+  ASSERT_EQ(figure.notes.size(), 1U);
+  EXPECT_NE(figure.notes[0].find("No contact was declared"), std::string::npos);
+}
+
 TEST(RecordingFigure, DrawsForceOverDisplacementOnlyWhileTouching) {
   const Figure figure = figure_of(press(0.0, 0.0) + press(2.0, 0.0));
   const FigurePanel& curve = figure.panels.at(0);
