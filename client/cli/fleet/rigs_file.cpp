@@ -112,6 +112,8 @@ std::vector<ListedRig> read_rigs(const std::string& path) {
 
 std::vector<ListedRig> choose_rigs(const std::vector<ListedRig>& rigs, const std::string& names,
                                    const std::string& source) {
+  // A stop of no rig would pass for done.
+  if (rigs.empty()) throw LocalError("no rig is listed", source, "", kForm, "write the rigs into it");
   if (names == "all") return rigs;
   std::vector<ListedRig> chosen;
   std::istringstream list(names);

@@ -64,6 +64,7 @@ TEST(Rigs, MistakesAreNamedWithLineAndRemedy) {
   EXPECT_EQ(unknown.value(), "middle");
   EXPECT_EQ(unknown.limit(), "left, right, all");
   EXPECT_EQ(refusal(kTwoRigs, ",").what(), "no rig has this name");
+  EXPECT_EQ(refusal("# none yet\n").what(), "no rig is listed");
 }
 
 // The library holds these impossible (proto/text/toml_library.h): an assertion would end the program.
