@@ -1,5 +1,7 @@
 #include "client/cli/calibrate/pose_files.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -7,12 +9,15 @@
 
 #include "client/cli/plot/csv_table.h"
 #include "client/cli/plot/recording_table.h"
+#include "client/cli/session/session.h"
 
 namespace hapticd::cli {
 
 namespace {
 
 constexpr int kPosesInPiece = 500;
+constexpr const char* kReferenceColumns =
+    "stamp_ns (or stamp_s), x_mm, y_mm, z_mm; with orientations qw, qx, qy, qz";
 constexpr std::int64_t kNoTime = std::numeric_limits<std::int64_t>::min();
 
 template <class Fill>
@@ -56,11 +61,18 @@ std::vector<std::int64_t> times_ns(const CsvTable& table, const std::string& nam
 
 std::vector<v1::PushReferencePosesRequest> read_reference_file(const std::string& path) {
   const CsvTable table = CsvTable::read(path);
+  const bool turned = table.has("qw");
+  for (const char* name :
+       {table.has("stamp_s") ? "stamp_s" : "stamp_ns", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz"}) {
+    if (!table.has(name) && (turned || *name != 'q')) {
+      throw LocalError("a column is missing in what the tracker saw", path, "", kReferenceColumns,
+                       fmt::format("add the column '{}', or name it so", name));
+    }
+  }
   const std::vector<std::int64_t> stamp_ns = times_ns(table, "stamp");
   const auto& x = table.column("x_mm");
   const auto& y = table.column("y_mm");
   const auto& z = table.column("z_mm");
-  const bool turned = table.has("qw");
   const std::vector<double> none(turned ? 0 : table.rows());
   const auto& qw = turned ? table.column("qw") : none;
   const auto& qx = turned ? table.column("qx") : none;
