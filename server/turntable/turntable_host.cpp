@@ -325,15 +325,14 @@ void TurntableHost::put_object(const hal::TurntableStatus& end) const {
 std::optional<Refusal> TurntableHost::require_station(const std::string& name) {
   if (!table_) {
     Refusal refusal = none_there();
-    refusal.error.what = "the scene needs a turntable, and this rig has none";
+    refusal.error.what = "a station is needed, and this rig has no turntable";
     return refusal;
   }
   const auto names = station_names(table_->info());
   if (std::find(names.begin(), names.end(), name) == names.end()) {
-    return Refusal{
-        RefusalKind::kFailedPrecondition,
-        {"the scene needs a station that the turntable does not have", "scene, turntable_station", name,
-         comma_separated(names), did_you_mean(name, names, "add it to [rig.turntable.stations]")}};
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {"a station is needed that the turntable does not have", "turntable", name,
+                    comma_separated(names), did_you_mean(name, names, "add it to [rig.turntable.stations]")}};
   }
   if (auto refusal = ready()) return refusal;
   const hal::TurntableStatus now = table_->status();
@@ -342,7 +341,7 @@ std::optional<Refusal> TurntableHost::require_station(const std::string& name) {
   if (now.position_deg) where += fmt::format(", {:.2f} deg", *now.position_deg);
   const bool homed = now.state != TurntableState::kNotHomed;
   return Refusal{RefusalKind::kFailedPrecondition,
-                 {"the turntable does not stand at the station the scene needs", "turntable", where, name,
+                 {"the turntable does not stand at the station that is needed", "turntable", where, name,
                   homed ? "bring it there: hapticctl turntable goto " + name
                         : "home it (hapticctl turntable home), then hapticctl turntable goto " + name}};
 }

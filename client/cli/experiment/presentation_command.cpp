@@ -15,11 +15,11 @@ void print_summary(const v1::PresentationSummary& s) {
     flaws += (flaws.empty() ? "" : ", ") + spaced(word(static_cast<v1::PresentationFlaw>(flaw)));
   print_line("presentation {}, ticks {} … {}: {}", s.number(), s.begin_tick(), s.end_tick(),
              flaws.empty() ? "valid" : "not valid: " + flaws);
-  print_line("  pressed with {:.0f} mm/s, touched with {:.0f} mm/s, {} new contacts, {:.2f} s in contact",
+  print_line("  pressed with {:.0f} mm/s, touched with {:.0f} mm/s, {} new contact{}, {:.2f} s in contact",
              s.peak_press_speed_mm_per_s(), s.peak_contact_speed_mm_per_s(), s.contacts(),
-             s.time_in_contact_s());
-  print_line("  {:.2f} N, {:.2f} mm deep, {:.1f} mm aside, {:.1f} mm along the surface", s.peak_force_n(),
-             s.peak_displacement_mm(), s.peak_lateral_mm(), s.lateral_path_mm());
+             s.contacts() == 1 ? "" : "s", s.time_in_contact_s());
+  print_line("  the object gave up to {:.2f} N; {:.2f} mm deep, {:.1f} mm aside, {:.1f} mm along the surface",
+             s.peak_force_n(), s.peak_displacement_mm(), s.peak_lateral_mm(), s.lateral_path_mm());
   print_line("  bounded by the guard in {} ticks, late in {}", s.guard_limited_ticks(), s.late_ticks());
 }
 

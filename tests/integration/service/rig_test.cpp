@@ -182,7 +182,7 @@ TEST(ServiceRig, ASceneAtAStationNeedsATurntable) {
   const RunningService service;
   const grpc::Status status = service.load_toml(kAtStation);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(status).what(), "the scene needs a turntable, and this rig has none");
+  EXPECT_EQ(detail_of(status).what(), "a station is needed, and this rig has no turntable");
 }
 
 TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
