@@ -132,9 +132,8 @@ std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigI
     return lacks(
         "no instrument that measures the tip from outside",
         "mount one (an LVDT, a dial gauge, a laser) on an input of the analog board and name it in the rig "
-        "file ([rig] instrument = \"board\", [rig.board_instrument] channels, mm_per_v); or press on "
-        "something rigid instead (rigid_contact, hapticctl: --rigid); or record it next to the encoders "
-        "and the device's force, and identify from the recording");
+        "file ([rig] instrument = \"board\", [rig.board_instrument]); or press on something rigid (--rigid); "
+        "or record it with encoders and the device's force, and identify from the recording");
   }
   return std::nullopt;
 }

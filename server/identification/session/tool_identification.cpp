@@ -29,6 +29,11 @@ std::uint64_t stride_of(const hal::RigInfo& rig) noexcept {
   return static_cast<std::uint64_t>(std::max(1.0, std::floor(rig.rate_hz / kSummedHz)));
 }
 
+/// "known to 3.1 %", or "not yet known".
+std::string known_to(double value, int digits, const char* unit) {
+  return std::isfinite(value) ? "known to " + fixed_text(value, digits) + unit : "not yet known";
+}
+
 }  // namespace
 
 ToolIdentification::ToolIdentification(const ToolTask& /*task*/, const hal::RigInfo& rig)
@@ -196,8 +201,8 @@ void ToolIdentification::find(IdentificationProgress& progress) const {
   const double share = progress.coverage.front().share;
   progress.completion = 0.5 * share + 0.45 * share * closeness;
   if (!progress.certain && fit.good) {
-    progress.missing.push_back("wave the tool longer: mass known to " + fixed_text(100.0 * mass_share, 1) +
-                               " %, centre to " + fixed_text(centre_error, 2) + " mm");
+    progress.missing.push_back("wave the tool longer: mass " + known_to(100.0 * mass_share, 1, " %") +
+                               ", centre " + known_to(centre_error, 2, " mm"));
   }
   if (progress.certain && !progress.steady) {
     progress.missing.push_back("go on a little: mass or centre still moved in the last third");

@@ -127,6 +127,14 @@ TEST(IdentificationRunner, StartsOneOnly) {
   EXPECT_EQ(started, 1);
 }
 
+TEST(IdentificationTask, SaysARemedyThatReachesTheClientWhole) {
+  hal::RigInfo rig;
+  rig.sensor.model = "nano17";
+  const auto refused = check_rig(identification::StructuralStiffnessTask{}, rig);
+  ASSERT_TRUE(refused);
+  EXPECT_LE(refused->error.remedy.size(), 300U) << "what is longer is cut on its way";
+}
+
 /// Keeps `text` as a recording; its id.
 std::string upload(RecordingShelf& shelf, const std::string& text) {
   auto upload = shelf.begin({.name = "presses.csv", .columns = {}}, 0.0);
