@@ -37,7 +37,7 @@ constexpr rt::GuardFault kLastingFaults[] = {
 Refusal none_there() {
   return {RefusalKind::kFailedPrecondition,
           {"this rig has no turntable", "turntable", "", "a rig with one",
-           "name it in [rig.turntable] of the configuration"},
+           "set kind in [rig.turntable] of the configuration"},
           Reason::kNoHardware};
 }
 

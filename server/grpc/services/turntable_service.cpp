@@ -76,7 +76,7 @@ grpc::Status TurntableService::GetTurntable(grpc::ServerContext*, const v1::GetT
   if (table == nullptr) {
     return to_status({RefusalKind::kFailedPrecondition,
                       {"this rig has no turntable", "turntable", "", "a rig with one",
-                       "name it in [rig.turntable] of the configuration"},
+                       "set kind in [rig.turntable] of the configuration"},
                       Reason::kNoHardware});
   }
   const hal::TurntableInfo& info = table->info();

@@ -295,7 +295,7 @@ TEST(ServiceWithoutTurntable, SaysSo) {
                           "turntable",
                           "",
                           "a rig with one",
-                          "name it in [rig.turntable] of the configuration"};
+                          "set kind in [rig.turntable] of the configuration"};
   v1::Turntable info;
   expect_refused(table->GetTurntable(call_context().get(), {}, &info), expected);
   v1::TurntableStatus status;
