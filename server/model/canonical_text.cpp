@@ -2,6 +2,7 @@
 
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <stdexcept>
@@ -64,7 +65,9 @@ hal::Result<Json> parse_json(std::string_view text, const std::string& where) {
     return not_a_model(hal::ErrorCode::kTooLong, "the text holds too many values", where, error.what(),
                        "at most " + std::to_string(kMaxJsonValues));
   } catch (const std::exception& error) {
-    return not_a_model(hal::ErrorCode::kSyntax, "not JSON", where, std::string(error.what()).substr(0, 200));
+    std::string_view problem = error.what();  // "[json.exception…] parse error at line 1, …"
+    if (problem.starts_with('[')) problem.remove_prefix(std::min(problem.size(), problem.find(']') + 2));
+    return not_a_model(hal::ErrorCode::kSyntax, "not JSON", where, std::string(problem.substr(0, 200)));
   }
 }
 

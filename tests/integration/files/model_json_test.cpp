@@ -261,6 +261,13 @@ TEST(ModelJson, ARefusalHasFivePartsAndACode) {
        "schema \"hapticd.stored_model/1\"", "export the model again where it came from", kUnknownWord});
 }
 
+TEST(ModelJson, ATextThatIsNotJsonIsToldWhereItEndsBeingIt) {
+  const auto imported = import_json("{\"schema\": ");
+  ASSERT_FALSE(imported);
+  EXPECT_TRUE(imported.error().value.starts_with("parse error at line 1, column 12"))
+      << imported.error().value;
+}
+
 TEST(ModelJson, AStoredTextMustFitItsHash) {
   using enum hal::ErrorCode;
   const std::string good = *canonical_json(example_contact("x"));

@@ -89,7 +89,7 @@ TEST_F(AHost, RequiresAStationOnlyWhenAskedAndOpensThePortThen) {
   refusal = host.require_station("sponge");
   ASSERT_TRUE(refusal);
   EXPECT_EQ(refusal->kind, RefusalKind::kFailedPrecondition);
-  EXPECT_EQ(refusal->error.what, "the turntable does not stand at the station the scene needs");
+  EXPECT_EQ(refusal->error.what, "the turntable does not stand at the station that is needed");
   EXPECT_EQ(refusal->error.remedy,
             "home it (hapticctl turntable home), then hapticctl turntable goto sponge");
   EXPECT_GT(drive.requests(), 0U);
