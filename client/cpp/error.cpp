@@ -14,6 +14,7 @@
 namespace hapticd::client {
 namespace {
 
+constexpr int kCancelled = 1;
 constexpr int kDeadlineExceeded = 4;
 constexpr int kUnimplemented = 12;
 constexpr int kUnavailable = 14;
@@ -64,6 +65,11 @@ Error error_from_status(int code, const std::string& message, const std::string&
     detail.set_what("the daemon does not know this call");
     detail.set_where(address);
     detail.set_remedy("it is older than this client: update it");
+  }
+  if (!explained && code == kCancelled) {  // gRPC's own answer to what is under way when a daemon ends
+    detail.set_what("the daemon ended the call before its answer");
+    detail.set_where(address);
+    detail.set_remedy("see whether hapticd still runs there");
   }
   if (detail.what().empty())
     detail.set_what(message.empty() ? "no reason given" : text::repaired_utf8(message));

@@ -47,6 +47,14 @@ TEST(Error, KeepsTheMessageOfARefusalWithoutDetail) {
   EXPECT_EQ(error.detail().what(), "no scene is loaded");
 }
 
+TEST(Error, SaysWhoEndedACallThatIsCancelled) {
+  const Error error = error_from_status(1, "CANCELLED", "", "127.0.0.1:1");
+  EXPECT_EQ(error.kind(), ErrorKind::kRefused);
+  EXPECT_STREQ(
+      error.what(),
+      "127.0.0.1:1: the daemon ended the call before its answer; see whether hapticd still runs there");
+}
+
 TEST(Error, SurvivesMalformedDetails) {
   v1::Vector3 foreign;
   foreign.set_x(1.0);
