@@ -1,5 +1,6 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -8,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "proto/text/utf8_text.h"
 #include "rt/loop/loop_cpu.h"
@@ -129,15 +131,15 @@ int run(int argc, char** argv) {
   const auto daemon = server::Daemon::start(*config, failure);
   if (!daemon) return fail(failure.code, failure.error);
   // For scripts and people: the one line on standard output.
-  std::printf("hapticd listens on %s\n",
-              server::ListenAddress{config->listen.host, daemon->port()}.text().c_str());
-  std::fflush(stdout);
-  server::notify_ready("serves " + server::ListenAddress{config->listen.host, daemon->port()}.text());
+  const std::string address = server::ListenAddress{config->listen.host, daemon->port()}.text();
+  server::write_if_ready(STDOUT_FILENO, "hapticd listens on " + address + "\n");
+  // Waits, if the service manager's queue is full: not in the thread that waits for signals.
+  std::thread([address] { server::notify_ready("serves " + address); }).detach();
 
   server::log_info(server::name_of_signal(server::await_ending_signal()) + ": shutting down");
-  server::notify_stopping();
   daemon->stop();
   server::end_within(kNetworkEnd);
+  server::notify_stopping();
   daemon->shutdown();
   return static_cast<int>(ExitCode::kClean);
 }

@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "hal/rig.h"
+#include "server/process/standard_streams.h"
 
 namespace hapticd::server {
 
@@ -32,8 +33,9 @@ void on_crash(int number, siginfo_t* info, void*) noexcept {
   if (is_handling == 0) {
     is_handling = 1;
     if (hal::Rig* rig = the_rig.load()) rig->write_zero_in_crash();
-    constexpr char kLine[] = "hapticd: crashed; zero force was written where the device's driver could\n";
-    [[maybe_unused]] const auto written = write(STDERR_FILENO, kLine, sizeof kLine - 1);
+    // Without waiting: as long as the process lives, its loop may go on.
+    write_if_ready(STDERR_FILENO,
+                   "hapticd: crashed; zero force was written where the device's driver could\n");
   }
   take_default_action();
   // A fault occurs again when its instruction is repeated, and abort() sends its signal again; a signal from

@@ -7,6 +7,8 @@
 
 #include <string_view>
 
+#include "server/process/standard_streams.h"
+
 namespace hapticd::server {
 
 namespace {
@@ -15,7 +17,7 @@ namespace {
 void end_now(int /*number*/) {
   constexpr std::string_view kWords =
       "hapticd: calls or computations did not end in time; it ends without them\n";
-  static_cast<void>(!write(STDERR_FILENO, kWords.data(), kWords.size()));
+  write_if_ready(STDERR_FILENO, kWords);
   _exit(0);
 }
 

@@ -2,6 +2,7 @@
 
 #include <systemd/sd-daemon.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 namespace hapticd::server {
@@ -21,7 +22,8 @@ void notify_alive() {
 std::optional<std::chrono::microseconds> watchdog_timeout() {
   std::uint64_t microseconds = 0;
   if (sd_watchdog_enabled(0, &microseconds) <= 0) return std::nullopt;
-  return std::chrono::microseconds(microseconds);
+  constexpr std::uint64_t kLongest = std::chrono::microseconds(std::chrono::hours(1)).count();
+  return std::chrono::microseconds(std::min(microseconds, kLongest));
 }
 
 std::string unit_of_cgroup(const std::string& cgroup) {

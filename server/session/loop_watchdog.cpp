@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -10,10 +11,16 @@
 
 namespace hapticd::server {
 
+namespace {
+
+constexpr std::chrono::milliseconds kShortestInterval{1};
+
+}  // namespace
+
 LoopWatchdog::LoopWatchdog(Progress progress, Feed feed, std::chrono::microseconds timeout)
     : progress_(std::move(progress)),
       feed_(std::move(feed)),
-      interval_(timeout / 4),
+      interval_(std::max<std::chrono::microseconds>(timeout / 4, kShortestInterval)),
       thread_([this] { run(); }) {}
 
 LoopWatchdog::~LoopWatchdog() {

@@ -20,7 +20,8 @@ End crash(const char* way) {
 TEST(CrashGuard, WritesZeroOnceAndEndsByTheSignal) {
   const std::pair<const char*, int> ways[] = {
       {"segv", SIGSEGV},  {"bus", SIGBUS},        {"fpe", SIGFPE},     {"ill", SIGILL},
-      {"abort", SIGABRT}, {"terminate", SIGABRT}, {"killed", SIGSEGV}, {"crash_in_thread", SIGSEGV}};
+      {"abort", SIGABRT}, {"terminate", SIGABRT}, {"killed", SIGSEGV}, {"crash_in_thread", SIGSEGV},
+      {"unread", SIGABRT}};
   for (const auto& [way, signal] : ways) {
     const End end = crash(way);
     EXPECT_EQ(end.code, -signal) << way;

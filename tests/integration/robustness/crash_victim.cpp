@@ -1,6 +1,7 @@
 // Crashes in the way it is reported, with a rig whose "zero" is a line on standard output.
 //
-//   crash_victim segv|bus|fpe|ill|abort|terminate|overflow|overflow_in_thread|killed|crash_in_driver|none
+//   crash_victim
+//   segv|bus|fpe|ill|abort|terminate|overflow|overflow_in_thread|killed|unread|crash_in_driver|none
 #include <signal.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 
 #include "hal/rig.h"
 #include "server/process/crash_guard.h"
+#include "tests/support/full_pipe.h"
 
 using namespace hapticd;
 
@@ -63,6 +65,11 @@ void crash(std::string_view way) {
   if (way == "killed") {
     kill(getpid(), SIGSEGV);
     for (;;) pause();
+  }
+  if (way == "unread") {
+    const test::FullPipe pipe;
+    dup2(pipe.in(), STDERR_FILENO);
+    std::abort();
   }
   if (way == "crash_in_driver") {
     driver_crashes = true;

@@ -63,6 +63,17 @@ class ListeningManager {
     return false;
   }
 
+  /// Sends it messages until it takes no more.
+  static void fill(const std::string& path) {
+    const int other = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    while (sendto(other, "X=1", 3, 0, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 3) {
+    }
+    close(other);
+  }
+
  private:
   int descriptor_;
 };
@@ -79,6 +90,19 @@ TEST(ServiceManager, HearsReadyAliveAndStopping) {
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(manager.hears("WATCHDOG=1"));
   daemon.signal(SIGTERM);
   EXPECT_TRUE(manager.hears("STOPPING=1"));
+  EXPECT_EQ(daemon.wait(), 0);
+}
+
+// Its queue holds some ten messages; the eleventh waits, for ever if it does not read.
+TEST(ServiceManager, ThatDoesNotReadHoldsUpNoSignal) {
+  const TemporaryFolder folder;
+  const ListeningManager manager(folder.path() + "/notify");
+  ListeningManager::fill(folder.path() + "/notify");
+  const EnvironmentVariable address("NOTIFY_SOCKET", folder.path() + "/notify");
+  const EnvironmentVariable watchdog("WATCHDOG_USEC", "400000");
+  DaemonProcess daemon(kPlainService);
+  ASSERT_FALSE(daemon.await_address().empty());
+  daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(), 0);
 }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "server/process/ending_signals.h"
+#include "tests/support/full_pipe.h"
 
 namespace hapticd::server {
 namespace {
@@ -19,6 +20,19 @@ TEST(EndLimit, EndsAProcessThatDoesNot) {
         for (;;) pause();
       },
       testing::ExitedWithCode(0), "did not end in time");
+}
+
+// Its last words must not be what keeps it.
+TEST(EndLimit, EndsAProcessWhoseErrorsAreNotRead) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(
+      {
+        const test::FullPipe pipe;
+        dup2(pipe.in(), STDERR_FILENO);
+        end_within(std::chrono::milliseconds(20));
+        for (;;) pause();
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

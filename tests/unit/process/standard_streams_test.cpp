@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "tests/support/full_pipe.h"
+
 namespace hapticd::server {
 namespace {
 
@@ -21,6 +23,14 @@ TEST(StandardStreams, AreOpenInAProcessThatWasStartedWithoutThem) {
         },
         testing::ExitedWithCode(0), "");
   }
+}
+
+TEST(StandardStreams, GetNoLineWhileTheirReaderStandsStill) {
+  const test::FullPipe pipe;
+  write_if_ready(pipe.in(), "x\n");  // returns
+  EXPECT_GT(pipe.read_all(), 0U);
+  write_if_ready(pipe.in(), "x\n");
+  EXPECT_EQ(pipe.read_all(), 2U);
 }
 
 }  // namespace
