@@ -29,6 +29,7 @@ constexpr std::chrono::seconds kStandsStill{4};
 /// Causes that come one after another are one incident, but not for longer than the ring lasts.
 constexpr double kMaxAfterS = 8.0;
 constexpr std::int64_t kQuietNs = 600'000'000'000;
+constexpr auto kRingNs = static_cast<std::int64_t>(1e9 * FlightRecorder::kRingS);
 constexpr std::size_t kMaxRequest = 1024;
 constexpr std::uint32_t kRecordsAtOnce = 2048;
 constexpr double kQueueS = 10.0;
@@ -130,6 +131,11 @@ std::optional<Refusal> FlightRecorder::request(const std::string& reason, const 
   event.text = reason.empty() ? "an incident was requested" : reason;
   event.by = by;
   const MutexLock lock(mutex_);
+  if (requests_.size() >= kMaxRequests) {
+    return Refusal{RefusalKind::kResourceExhausted,
+                   {"too many incidents are requested at once", "MakeIncident", std::to_string(kMaxRequests),
+                    "", "one request keeps all that happens around it"}};
+  }
   requests_.push_back(std::move(event));
   return std::nullopt;
 }
@@ -226,8 +232,8 @@ void FlightRecorder::take_records() {
     events_.push_back(request);
     begin_incident(incident_of(request, "requested"));
   }
-  const std::int64_t oldest_ns = last_time_ns_ - std::llround(1e9 * kRingS);
-  while (!events_.empty() && events_.front().time_ns < oldest_ns) events_.pop_front();
+  while (!events_.empty() && events_.front().time_ns < last_time_ns_ - kRingNs) events_.pop_front();
+  for (; events_.size() > kMaxEvents; events_.pop_front()) left_out_ns_ = events_.front().time_ns;
 }
 
 Incident FlightRecorder::incident_of(const Event& event, const std::string& cause) const {
@@ -274,8 +280,10 @@ void FlightRecorder::begin_incident(Incident incident) {
       incident.words += "; before: " + first.words;
       incident.first_row = first.first_row;
       first = std::move(incident);
-    } else {
+    } else if (first.words.size() < kMaxWords) {
       first.words += "; then " + incident.words;
+    } else {
+      ++pending_->unnamed;
     }
     pending_->due_tick = std::min(due_tick, pending_->latest_tick);
     return;
@@ -292,9 +300,17 @@ void FlightRecorder::finish_pending(bool now) {
   const bool stands_still = Clock::now() - last_record_ > kStandsStill;
   if (!now && last_tick_ < pending_->due_tick && !stands_still) return;
   Incident incident = std::move(pending_->incident);
+  if (pending_->unnamed > 0) incident.words += fmt::format("; and {} more", pending_->unnamed);
   pending_.reset();
   incident.row_count = ring_->written() - incident.first_row;
   incident.events.assign(events_.begin(), events_.end());
+  if (left_out_ns_ >= last_time_ns_ - kRingNs) {
+    Event event = events_.front();
+    event.kind = EventKind::kLoss;
+    event.by.clear();
+    event.text = "events before this one are missing: there were too many at once";
+    incident.events.insert(incident.events.begin(), std::move(event));
+  }
   {
     const MutexLock lock(mutex_);
     orders_.push_back({std::move(incident), notes_});

@@ -33,6 +33,12 @@ class FlightRecorder {
   static constexpr double kRingS = 30.0;
   static constexpr double kBeforeS = 20.0;
   static constexpr double kAfterS = 2.0;
+  /// Requests that may wait for the ring's thread, which takes them every 20 ms.
+  static constexpr std::size_t kMaxRequests = 64;
+  /// Events that are kept for the next incident, the newest ones: as many as the board has.
+  static constexpr std::size_t kMaxEvents = EventBoard::kKept + EventBoard::kKeptOfFrequent;
+  /// Bytes of an incident's words beyond which causes that follow are only counted.
+  static constexpr std::size_t kMaxWords = 4096;
 
   FlightRecorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
                  const RecordingConfig& config);
@@ -55,7 +61,7 @@ class FlightRecorder {
   /// Writes what is under way, and deletes the ring: the run ended in order.
   void shutdown();
 
-  /// Requests an incident of this moment.
+  /// Requests an incident of this moment. RESOURCE_EXHAUSTED beyond kMaxRequests.
   std::optional<Refusal> request(const std::string& reason, const std::string& by);
   Outcome<std::vector<RecordingInfo>> list() const;
   Outcome<std::string> path_of(const std::string& id) const;
@@ -74,6 +80,7 @@ class FlightRecorder {
     Incident incident;
     std::uint64_t due_tick = 0;
     std::uint64_t latest_tick = 0;
+    std::uint64_t unnamed = 0;  ///< causes that its words only count
   };
 
   void keep_left_rings();
@@ -109,7 +116,8 @@ class FlightRecorder {
   bool scene_changed_ = true;
   bool write_failed_ = false;
   FlightRing::Notes notes_;
-  std::deque<recording::Event> events_;  ///< of the last 30 s
+  std::deque<recording::Event> events_;   ///< of the last 30 s, at most kMaxEvents
+  std::int64_t left_out_ns_ = INT64_MIN;  ///< time of the newest one that found no room
   std::optional<Pending> pending_;
   std::map<std::string, std::int64_t> quiet_until_ns_;  ///< by cause
   Clock::time_point anchor_due_{};

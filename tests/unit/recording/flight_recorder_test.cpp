@@ -127,6 +127,45 @@ TEST_F(FlightRecorderTest, ARequestDoesSoToo) {
   EXPECT_EQ(seen_of(list[0]).ticks.front(), 0) << "all there is, where that is less";
 }
 
+// Ten thousand requests a second, which an operator may send, made an incident whose words no client could
+// read, and took as much memory as they were long.
+TEST_F(FlightRecorderTest, AFloodOfRequestsIsOneShortIncident) {
+  flight();
+  flown(100);
+  std::optional<Refusal> refused;
+  for (int i = 0; i < 20'000; ++i) {
+    if (auto why = flight().request(std::string(1024, 'x'), "user:otto")) refused = std::move(why);
+  }
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->kind, RefusalKind::kResourceExhausted);
+  flown(kAfterTicks + 50);
+  const auto list = incidents(1);
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_LT(list[0].end_reason.size(), FlightRecorder::kMaxWords + 2048);
+  EXPECT_TRUE(list[0].end_reason.ends_with(" more")) << list[0].end_reason;
+}
+
+TEST_F(FlightRecorderTest, AFloodOfEventsLeavesTheNewestAndSaysThatOthersAreMissing) {
+  flight();
+  flown(100);
+  for (int round = 0; round < 4; ++round) {
+    for (std::size_t i = 0; i < EventBoard::kKept; ++i) {
+      recording::Event event;
+      event.kind = EventKind::kCommand;
+      event.tick = next_tick_ - 1;
+      event.time_ns = static_cast<std::int64_t>(event.tick) * 10'000'000;
+      board_.add(std::move(event));
+    }
+    flown(10);
+  }
+  ASSERT_FALSE(flight().request("what was that", ""));
+  flown(kAfterTicks + 50);
+  const Seen seen = seen_of(incidents(1)[0]);
+  EXPECT_LE(seen.events.size(), FlightRecorder::kMaxEvents + 1);
+  EXPECT_TRUE(seen.has(EventKind::kLoss));
+  EXPECT_TRUE(seen.has(EventKind::kAnnotation)) << "the newest";
+}
+
 TEST_F(FlightRecorderTest, CausesThatFollowOneAnotherAreOneIncident) {
   flight();
   flown(300);
