@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -136,8 +137,12 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::open_left(const std::string
   Head head{};
   std::string described;
   recording::Block block;
+  struct stat file {};
   const bool good = ring->read_head(head) && ring->read_at(kColumnsOffset, head.columns_bytes, described) &&
-                    recording::read_block(described, block) && block.columns.size() == head.column_count;
+                    recording::read_block(described, block) && block.columns.size() == head.column_count &&
+                    fstat(descriptor, &file) == 0 &&
+                    static_cast<std::uint64_t>(file.st_size) ==
+                        kRowsOffset + head.capacity_rows * head.column_count * recording::kCellBytes;
   if (!good)
     return hal::Error::of(hal::ErrorCode::kDamaged,
                           "the file is damaged, or it is not a ring of a flight recorder", path, "", "", "");

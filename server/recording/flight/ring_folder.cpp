@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <optional>
 
@@ -34,9 +33,14 @@ hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
     if (fs::exists(path, ignored)) {
       // The ring of a daemon that still runs, or of one that ended in no orderly way.
       const auto found = FlightRing::open_left(path);
+      if (found && fs::exists(aside, ignored)) {
+        // That of the run before, which ended before it was kept: neither takes the other's place.
+        left.push_back(path);
+        continue;
+      }
       if (found) {
         fs::rename(path, aside, ignored);
-        if (std::find(left.begin(), left.end(), aside) == left.end()) left.push_back(aside);
+        left.push_back(aside);
       } else if (found.error().code == hal::ErrorCode::kDamaged) {
         // Its lock is free, and there is nothing in it to keep.
         log_warning("flight recorder: " + found.error().text() + "; it is removed");

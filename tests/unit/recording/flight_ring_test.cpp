@@ -88,6 +88,19 @@ TEST(FlightRing, NotesThatAreHalfWrittenAreNone) {
   EXPECT_TRUE(value_of(FlightRing::open_left(path))->notes().empty());
 }
 
+// What is read at once follows from these numbers.
+TEST(FlightRing, WhoseSizeIsNotWhatItsBeginningSaysIsDamaged) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("r.ring");
+  demand(value_of(FlightRing::create(path, kColumns, 50, 1000.0))->write(rows_from(0, 10)));
+  {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(24 + 2);  // of the number of rows
+    file.put('\x01');
+  }
+  EXPECT_EQ(FlightRing::open_left(path).error().code, hal::ErrorCode::kDamaged);
+}
+
 TEST(RingFolder, KeepsTheRingOfADaemonThatRunsAndRemovesADamagedOne) {
   const test::TemporaryFolder folder;
   std::vector<std::string> left;
@@ -107,6 +120,25 @@ TEST(RingFolder, KeepsTheRingOfADaemonThatRunsAndRemovesADamagedOne) {
   EXPECT_EQ(first->written(), 10U);
   EXPECT_FALSE(FlightRing::open_left(damaged)) << "its name went to the second daemon";
   EXPECT_EQ(second->written(), 0U);
+}
+
+// The ring of the first run, which shows why it ended, was written over by that of the second.
+TEST(RingFolder, KeepsTheRingsOfTwoRunsThatEndedBeforeEitherWasKept) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> left;
+  for (const int first : {0, 100}) {
+    left.clear();
+    demand(value_of(take_ring(folder.path(), kColumns, 50, 1000.0, left))->write(rows_from(first, 10)));
+  }
+  left.clear();
+  const auto third = value_of(take_ring(folder.path(), kColumns, 50, 1000.0, left));
+  ASSERT_EQ(left.size(), 2U);
+  std::string rows;
+  ASSERT_TRUE(value_of(FlightRing::open_left(left[0]))->read(0, 10, rows));
+  EXPECT_EQ(rows, rows_from(0, 10));
+  ASSERT_TRUE(value_of(FlightRing::open_left(left[1]))->read(0, 10, rows));
+  EXPECT_EQ(rows, rows_from(100, 10));
+  EXPECT_EQ(third->written(), 0U);
 }
 
 TEST(RingFolder, LeavesWhatItCannotOpen) {
