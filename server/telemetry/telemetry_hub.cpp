@@ -13,6 +13,9 @@ constexpr std::chrono::milliseconds kRound{2};
 constexpr std::size_t kMaxChunk = 1024;
 /// Subscribers that keep up ask for the encoded form of a record within this time.
 constexpr std::chrono::milliseconds kKeepsEncoded{250};
+/// Age of a client's oldest sample, in ticks: one sample keeps all records of its chunk, also of those ticks
+/// that a decimated stream leaves out. As many as the longest queue has.
+constexpr std::uint64_t kMaxTicks = 60'000;
 
 }  // namespace
 
@@ -77,7 +80,12 @@ void Subscription::offer(const std::shared_ptr<const RecordChunk>& chunk, std::s
   const MutexLock lock(mutex_);
   const std::size_t held =
       options_.is_own ? options_.queue_samples : std::min<std::size_t>(options_.queue_samples, most);
-  while (!queue_.empty() && chunk->received - queue_.front().chunk->received > kLongestQueued) drop_oldest();
+  const std::uint64_t newest = chunk->records.back().tick;
+  const auto is_too_old = [&](const Entry& one) {
+    const bool is_many_ticks_old = !options_.is_own && newest - one.record().tick >= kMaxTicks;
+    return is_many_ticks_old || chunk->received - one.chunk->received > kLongestQueued;
+  };
+  while (!queue_.empty() && is_too_old(queue_.front())) drop_oldest();
   // A chunk may be a moment older than the subscription.
   server_drops_ = std::max(chunk->dropped_by_server, server_drops_before_) - server_drops_before_;
   for (std::uint32_t i = 0; i < chunk->records.size(); ++i) {
