@@ -32,7 +32,9 @@ struct AccountLimits {
   int max_connections = 512;
   int max_calls = 800;                                        ///< opened and not answered yet
   std::size_t max_unfinished_bytes = std::size_t{32} << 20U;  ///< of headers and requests of those calls
-  double max_resets_at_once = 500.0;                          ///< calls that the client gave up
+  /// Shorter pieces in which those requests come. gRPC keeps the whole block of 8 kB into which it reads one.
+  std::size_t max_pieces = 4000;
+  double max_resets_at_once = 500.0;  ///< calls that the client gave up
   double max_resets_per_s = 100.0;
   double max_controls_at_once = 2000.0;  ///< pings, settings and other frames outside calls
   double max_controls_per_s = 500.0;
@@ -49,6 +51,7 @@ struct Account {
   int connections = 0;
   int calls = 0;
   std::size_t unfinished_bytes = 0;
+  std::size_t pieces = 0;
   Allowance resets;
   Allowance controls;
 };

@@ -1,6 +1,7 @@
 #include "server/connection/http2_watch.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace hapticd::server {
 
@@ -25,8 +26,12 @@ constexpr std::uint32_t kMaxControl = 16'384;
 /// A request is counted up to this size: of a longer one, a recording that is sent in pieces, the service
 /// keeps no more at once.
 constexpr std::uint32_t kMaxCounted = 1U << 20U;
-/// A client widens its windows by what it was sent: for the stream and for the connection once for each answer
-/// and frame of data, and for a large frame in several steps.
+/// A block into which gRPC reads: what is shorter keeps more than its length.
+constexpr std::uint32_t kBlock = 8192;
+/// Bytes that gRPC takes of a stream beyond what is read of it. Pieces that came before are read.
+constexpr std::uint32_t kStreamWindow = 65'535;
+/// A client widens its windows by what it was sent: for the stream and for the connection once for each
+/// answer and frame of data, and for a large frame in several steps.
 constexpr std::uint32_t kBytesPerWindowUpdate = 1024;
 constexpr std::uint32_t kMaxWindowUpdates = 10'000;
 
@@ -56,6 +61,27 @@ bool Http2Watch::Passing::take_header(std::string_view& bytes) {
   return true;
 }
 
+bool Http2Watch::Call::take(std::string_view taken) {
+  since += static_cast<std::uint32_t>(taken.size());
+  bool ends = false;
+  while (!taken.empty()) {
+    if (left_of_message == 0) {  // its length comes first, behind one more byte
+      prefix[prefix_size++] = taken.front();
+      taken.remove_prefix(1);
+      if (prefix_size < prefix.size()) continue;
+      prefix_size = 0;
+      for (std::size_t i = 1; i < prefix.size(); ++i)
+        left_of_message = (left_of_message << 8U) | static_cast<std::uint8_t>(prefix[i]);
+    } else {
+      const std::size_t passed = std::min<std::size_t>(taken.size(), left_of_message);
+      left_of_message -= static_cast<std::uint32_t>(passed);
+      taken.remove_prefix(passed);
+    }
+    ends = ends || left_of_message == 0;
+  }
+  return ends;
+}
+
 Http2Watch::~Http2Watch() {
   account_.unfinished_bytes -= held_.size();
   while (!calls_.empty()) end_call(calls_.begin()->first);
@@ -64,7 +90,8 @@ Http2Watch::~Http2Watch() {
 void Http2Watch::end_call(std::uint32_t stream) {
   const auto call = calls_.find(stream);
   if (call == calls_.end()) return;
-  account_.unfinished_bytes -= call->second;
+  account_.unfinished_bytes -= call->second.bytes;
+  account_.pieces -= call->second.pieces;
   --account_.calls;
   calls_.erase(call);
 }
@@ -104,6 +131,7 @@ std::string_view Http2Watch::from_client(std::string_view bytes, std::string& on
       account_.unfinished_bytes += payload.size();
     } else {
       onward += payload;
+      if (frame.type() == kData) pass_data(payload);
     }
     if (frame.left > 0) return {};
     frame.header_size = 0;
@@ -149,7 +177,7 @@ std::string_view Http2Watch::begin_header(Allowance::Time now) {
   if (stream <= last_stream_) return note_control(now);  // answered already
   last_stream_ = stream;
   if (account_.calls >= account_.limits.max_calls) return "it has too many calls under way";
-  calls_.emplace(stream, 0);
+  calls_.emplace(stream, Call());
   ++account_.calls;
   ++calls_begun_;
   return {};
@@ -161,11 +189,26 @@ std::string_view Http2Watch::begin_data(Allowance::Time now) {
   if (says_nothing) return note_control(now);
   const auto call = calls_.find(frame.stream());
   if (call == calls_.end()) return {};  // answered already; gRPC drops it
-  const std::uint32_t more = std::min(frame.left, kMaxCounted - call->second);
-  call->second += more;
+  const std::uint32_t more = std::min(frame.left, kMaxCounted - call->second.bytes);
+  call->second.bytes += more;
   account_.unfinished_bytes += more;
-  if (account_.unfinished_bytes <= account_.limits.max_unfinished_bytes) return {};
-  return "its unfinished requests are too large";
+  if (account_.unfinished_bytes > account_.limits.max_unfinished_bytes)
+    return "its unfinished requests are too large";
+  if (frame.left >= kBlock) return {};
+  ++call->second.pieces;
+  if (++account_.pieces > account_.limits.max_pieces) return "its requests come in too many pieces";
+  return {};
+}
+
+// Forgets pieces that were read: the service holds the messages of the window, and the one that has not
+// ended.
+void Http2Watch::pass_data(std::string_view payload) {
+  const auto found = calls_.find(from_client_.stream());
+  if (found == calls_.end()) return;
+  Call& call = found->second;
+  if (!call.take(payload) || call.since < kStreamWindow) return;
+  account_.pieces -= std::exchange(call.pieces, 0);
+  call.since = 0;
 }
 
 std::string_view Http2Watch::note_reset(Allowance::Time now) {

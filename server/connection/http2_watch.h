@@ -55,9 +55,23 @@ class Http2Watch {
     bool take_header(std::string_view& bytes);
   };
 
+  /// A call that is under way, and what gRPC may hold of its requests.
+  struct Call {
+    std::uint32_t bytes = 0;
+    std::uint32_t pieces = 0;  ///< short frames of data
+    std::uint32_t since = 0;   ///< bytes since the pieces were counted from 0
+    std::array<char, 5> prefix{};
+    std::size_t prefix_size = 0;
+    std::uint32_t left_of_message = 0;
+
+    /// Takes bytes of its requests; true if a message ends there.
+    bool take(std::string_view bytes);
+  };
+
   std::string_view begin_frame(Allowance::Time now);
   std::string_view begin_header(Allowance::Time now);
   std::string_view begin_data(Allowance::Time now);
+  void pass_data(std::string_view payload);
   std::string_view note_reset(Allowance::Time now);
   std::string_view note_control(Allowance::Time now);
   void end_call(std::uint32_t stream);
@@ -69,8 +83,8 @@ class Http2Watch {
   Passing from_client_;
   Passing from_service_;
   bool is_in_header_ = false;
-  std::string held_;                              ///< a header that is not complete yet
-  std::map<std::uint32_t, std::uint32_t> calls_;  ///< under way: bytes of their requests, by stream
+  std::string held_;                     ///< a header that is not complete yet
+  std::map<std::uint32_t, Call> calls_;  ///< by stream
   std::uint32_t last_stream_ = 0;
   /// What a client needs to begin and to stay is its connection's own: a flood by another connection of the
   /// same identity does not close it.

@@ -67,8 +67,9 @@ constexpr int kMaxRequest = 1 << 20;
 constexpr int kMaxStreams = 100;
 /// Memory for the buffers of all calls and connections together.
 constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
-/// Bytes read from a connection at once; a header comes whole.
-constexpr int kMaxRead = 16'384;
+/// Bytes read from a connection at once; a header that gRPC takes comes whole. For more than 12 kB gRPC reads
+/// into blocks of 64 kB, and keeps a block for each piece of a request in it; for fewer, of 8 kB.
+constexpr int kMaxRead = 12'000;
 /// A connection without a call for so long is closed in an orderly way; the next call connects again.
 constexpr int kMaxIdleMs = 600'000;
 /// A client may ask so often whether the daemon is still there, with a call under way or without one. gRPC's
@@ -320,6 +321,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kMaxIdleMs);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kMinPingIntervalMs);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  // Else gRPC widens the windows of streams as fast as a client sends, to megabytes.
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   builder.AddChannelArgument(GRPC_ARG_TCP_READ_CHUNK_SIZE, kMaxRead);
   builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kMaxRead);
   grpc::ResourceQuota quota("hapticd");

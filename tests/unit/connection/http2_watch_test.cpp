@@ -120,6 +120,44 @@ TEST(Http2Watch, LetsARecordingOfAnyLengthThrough) {
   EXPECT_LE(watched.account.unfinished_bytes, 1U << 20U);
 }
 
+/// A message of so many bytes, as gRPC puts it into frames.
+std::string message(unsigned size) {
+  std::string bytes(1, '\0');
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) bytes += static_cast<char>((size >> shift) & 0xFFU);
+  return bytes + std::string(size, 'x');
+}
+
+// A request of 1 MB in pieces of 24 bytes, with other bytes in between, took as much memory as gRPC may have,
+// by one connection; gRPC then ended calls of all clients.
+TEST(Http2Watch, LimitsThePiecesOfRequests) {
+  AccountLimits limits;
+  limits.max_pieces = 1000;
+  Watched watched(limits);
+  const std::string large = message(1'000'000);
+  ASSERT_EQ(watched.send(kPreface + open_call(1) + open_call(3)), "");
+  for (std::size_t i = 0; i < 990; ++i) ASSERT_EQ(watched.send(frame(0, 0, 1, large.substr(24 * i, 24))), "");
+  EXPECT_EQ(watched.account.pieces, 990U);
+  ASSERT_EQ(watched.send(reset(1)), "");
+  EXPECT_EQ(watched.account.pieces, 0U);
+  std::string_view problem;
+  for (std::size_t i = 0; i <= 1000 && problem.empty(); ++i)
+    problem = watched.send(frame(0, 0, 3, large.substr(24 * i, 24)));
+  EXPECT_EQ(problem, "its requests come in too many pieces");
+}
+
+TEST(Http2Watch, LetsAStreamOfSmallMessagesThrough) {
+  AccountLimits limits;
+  limits.max_pieces = 1000;
+  std::string messages;
+  for (int i = 0; i < 5000; ++i) messages += message(100);
+  for (const std::size_t piece : {std::size_t{105}, std::size_t{70}, std::size_t{250}}) {
+    Watched watched(limits);
+    ASSERT_EQ(watched.send(kPreface + open_call(1)), "");
+    for (std::size_t at = 0; at < messages.size(); at += piece)
+      ASSERT_EQ(watched.send(frame(0, 0, 1, messages.substr(at, piece))), "") << at;
+  }
+}
+
 TEST(Http2Watch, ClosesWhoOpensCallsAndGivesThemUp) {
   Watched watched;
   ASSERT_EQ(watched.send(kPreface), "");
