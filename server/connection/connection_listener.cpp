@@ -36,6 +36,8 @@ constexpr int kMaxTries = 100;
 constexpr int kMaxRetryMs = 10;
 /// Time for connections that wait to be served.
 constexpr int kServeMs = 1;
+/// Maximum number of connections of one address before the others have their turn.
+constexpr int kMaxInTurn = 4;
 constexpr std::uint64_t kRefusalsBetweenWarnings = 1000;
 
 std::size_t max_descriptor_of_connections() {
@@ -218,24 +220,25 @@ void ConnectionListener::run() {
   pthread_setname_np(pthread_self(), "accept");
   std::vector<pollfd> watched{{wake_, POLLIN, 0}};
   for (const Listening& listening : listening_) watched.push_back({listening.descriptor, POLLIN, 0});
-  for (;;) {
+  const std::size_t count = listening_.size();
+  for (std::size_t first = 0;; ++first) {  // who comes first changes: others may leave no room for the next
     if (poll(watched.data(), watched.size(), -1) < 0 && errno != EINTR) {
       log_error(std::string("connections can no longer be waited for: ") + std::strerror(errno));
       return;
     }
     if (watched[0].revents != 0) return;
-    for (std::size_t i = 1; i < watched.size(); ++i) {
-      if (watched[i].revents != 0) accept_all(listening_[i - 1]);
+    int wait_ms = 0;
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::size_t i = (first + n) % count;
+      if (watched[1 + i].revents != 0) wait_ms = std::max(wait_ms, accept_some(listening_[i]));
     }
+    if (wait_ms > 0) poll(nullptr, 0, wait_ms);
   }
 }
 
-void ConnectionListener::accept_all(const Listening& listening) {
-  for (;;) {
-    if (!takers_.has_room(listening.kind)) {
-      poll(nullptr, 0, kServeMs);
-      return;
-    }
+int ConnectionListener::accept_some(const Listening& listening) {
+  for (int i = 0; i < kMaxInTurn; ++i) {
+    if (!takers_.has_room(listening.kind)) return kServeMs;
     const int descriptor = accept4(listening.descriptor, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (descriptor >= 0 && static_cast<std::size_t>(descriptor) < max_descriptor_) {
       takers_.take(descriptor, kind_of(descriptor, listening.kind));
@@ -247,12 +250,12 @@ void ConnectionListener::accept_all(const Listening& listening) {
       continue;
     }
     if (errno == EINTR || errno == ECONNABORTED) continue;
-    if (errno == EAGAIN) return;
+    if (errno == EAGAIN) return 0;
     if ((errno == EMFILE || errno == ENFILE) && turn_away(listening.descriptor)) continue;
     // No descriptor, or not even memory, at present. The connection waits in the queue.
-    poll(nullptr, 0, kMaxRetryMs);
-    return;
+    return kMaxRetryMs;
   }
+  return 0;
 }
 
 ConnectionKind ConnectionListener::kind_of(int descriptor, ConnectionKind listening) const {

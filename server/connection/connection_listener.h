@@ -75,7 +75,9 @@ class ConnectionListener {
   hal::Result<bool> open_datagram(const std::string& path);
   hal::Result<bool> open_unix(const std::string& path, const std::string& group);
   void run();
-  void accept_all(const Listening& listening);
+  /// Accepts some of those that wait, so that no address keeps the others waiting; returns a time, in ms,
+  /// after which more can be accepted.
+  int accept_some(const Listening& listening);
   /// Accepts and closes a connection for which there is no descriptor, using the reserved one.
   bool turn_away(int listening);
   void note_refused();
