@@ -10,7 +10,9 @@ namespace hapticd::console {
 
 namespace {
 constexpr std::size_t kMaxRates = 4096;
-}
+/// Bytes that may wait for all pages together.
+constexpr std::size_t kMaxQueuedOfAll = std::size_t{64} << 20U;
+}  // namespace
 
 bool ConsoleShared::may_ask(const Who& who) {
   const auto now = std::chrono::steady_clock::now();
@@ -59,6 +61,29 @@ bool ConsoleShared::make_place_for(const std::string& identity) {
   if (most->second.size() <= own) return false;
   most->second.front()->end_for_others();
   return true;
+}
+
+void ConsoleShared::send_rows_later(std::weak_ptr<SocketSession> page, std::uint64_t tap) {
+  due_rows.emplace_back(std::move(page), tap);
+  if (due_rows.size() == 1) post([this] { send_next_rows(); });
+}
+
+void ConsoleShared::send_next_rows() {
+  const auto [page, tap] = due_rows.front();
+  if (const auto session = page.lock()) session->send_rows(tap);
+  due_rows.pop_front();
+  if (!due_rows.empty()) post([this] { send_next_rows(); });
+}
+
+void ConsoleShared::limit_queued() {
+  if (queued_bytes <= kMaxQueuedOfAll) return;
+  std::shared_ptr<SocketSession> fullest;
+  for (const auto& weak : sockets) {
+    auto socket = weak.lock();
+    if (!socket || socket->is_over()) continue;
+    if (!fullest || socket->queued_bytes() > fullest->queued_bytes()) fullest = std::move(socket);
+  }
+  if (fullest) fullest->end_for_slowness();
 }
 
 }  // namespace hapticd::console

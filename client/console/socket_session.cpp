@@ -22,6 +22,10 @@ constexpr std::size_t kMaxTaps = 4;
 constexpr std::uint64_t kMaxCredits = 1000;
 constexpr std::uint64_t kMaxTapCredits = 4;
 constexpr std::size_t kMaxColumns = 256;
+/// Numbers in a message of rows; what would be more comes in pairs of rows.
+constexpr std::size_t kMaxCells = 65'536;
+/// Rows that are sent at once; more take so long that others have their turn before.
+constexpr std::size_t kFewRows = 64;
 /// Bytes above which streams wait; far above it the connection ends.
 constexpr std::size_t kBusyBytes = 1U << 20U;
 constexpr std::size_t kMaxQueuedBytes = 16U << 20U;
@@ -60,6 +64,7 @@ SocketSession::~SocketSession() {
     if (open.stream) open.stream->cancel();
   }
   for (auto& [id, tap] : taps_) tap.feed->forget(tap.listener);
+  shared_->queued_bytes -= queued_bytes_;
 }
 
 void SocketSession::accept(Request request) {
@@ -101,7 +106,20 @@ void SocketSession::end(WebSocket::CloseCode code, const std::string& why) {
   if (is_over_) return;
   is_over_ = true;
   timer_.cancel();
+  while (queue_.size() > (is_writing_ ? 1U : 0U)) {
+    note_queued(-static_cast<std::ptrdiff_t>(queue_.back().bytes.size()));
+    queue_.pop_back();
+  }
   socket_.close(code, why, [self = shared_from_this()] {});
+}
+
+void SocketSession::note_queued(std::ptrdiff_t bytes) {
+  queued_bytes_ += static_cast<std::size_t>(bytes);
+  shared_->queued_bytes += static_cast<std::size_t>(bytes);
+}
+
+void SocketSession::end_for_slowness() {
+  end(WebSocket::CloseCode::policy_error, "the page reads too slowly");
 }
 
 void SocketSession::end_for_loss() {
@@ -231,6 +249,8 @@ bool SocketSession::announce(std::uint64_t id, Tap& tap) {
     }
     add(static_cast<std::size_t>(found - columns.begin()));
   }
+  const std::size_t width = std::max<std::size_t>(tap.reader.columns.size(), 1);
+  tap.max_rows = std::min(tap.max_rows, kMaxCells / width);
   tap.reader.next = tap.feed->ring()->end();
   tap.lost_before = tap.feed->lost();
   tap.is_announced = true;
@@ -245,7 +265,21 @@ void SocketSession::feed_changed(std::uint64_t id) {
   if (tap.feed->end()) return end_stream(id, *tap.feed->end());
   const RowRing* ring = tap.feed->ring();
   if (ring == nullptr || (!tap.is_announced && !announce(id, tap))) return;
-  if (tap.credits == 0 || ring->end() == tap.reader.next) return;
+  if (tap.is_due || tap.credits == 0 || ring->end() == tap.reader.next) return;
+  if (ring->end() - tap.reader.next <= kFewRows) return send_rows(id);
+  tap.is_due = true;
+  shared_->send_rows_later(weak_from_this(), id);
+}
+
+void SocketSession::send_rows(std::uint64_t id) {
+  const auto found = taps_.find(id);
+  if (found == taps_.end() || is_over_) return;
+  Tap& tap = found->second;
+  tap.is_due = false;
+  const RowRing* ring = tap.feed->ring();
+  // A page that does not read gets what there is when it does.
+  const bool waits = !tap.is_announced || tap.credits == 0 || queued_bytes_ > kBusyBytes;
+  if (waits || ring == nullptr || ring->end() == tap.reader.next) return;
   --tap.credits;
   std::vector<double> rows = read_rows(*ring, tap.reader, static_cast<double>(id), tap.max_rows);
   rows[3] += static_cast<double>(tap.feed->lost() - tap.lost_before);
@@ -264,11 +298,10 @@ void SocketSession::end_stream(std::uint64_t id, const RpcEnd& end) {
 
 void SocketSession::send(bool is_text, std::string bytes) {
   if (is_over_) return;
-  queued_bytes_ += bytes.size();
+  note_queued(static_cast<std::ptrdiff_t>(bytes.size()));
   queue_.push_back({is_text, std::move(bytes)});
-  if (queued_bytes_ > kMaxQueuedBytes || queue_.size() > kMaxQueued) {
-    return end(WebSocket::CloseCode::policy_error, "the page reads too slowly");
-  }
+  if (queued_bytes_ > kMaxQueuedBytes || queue_.size() > kMaxQueued) return end_for_slowness();
+  shared_->limit_queued();
   write_next();
 }
 
@@ -283,7 +316,7 @@ void SocketSession::write_next() {
       self->timer_.cancel();
       return;
     }
-    self->queued_bytes_ -= self->queue_.front().bytes.size();
+    self->note_queued(-static_cast<std::ptrdiff_t>(self->queue_.front().bytes.size()));
     self->queue_.pop_front();
     if (self->queued_bytes_ <= kBusyBytes) {
       for (auto& [id, open] : self->streams_) {

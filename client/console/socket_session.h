@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/steady_timer.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -31,7 +32,12 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
   void end_for_loss();
   /// Ends the session because another identity needs the place.
   void end_for_others();
+  /// Ends the session because pages that read slowly hold too much, and this one most.
+  void end_for_slowness();
+  /// Sends what a tap has credits for. ConsoleShared calls it in its turn.
+  void send_rows(std::uint64_t id);
   bool is_over() const { return is_over_; }
+  std::size_t queued_bytes() const { return queued_bytes_; }
   const std::string& identity() const { return caller_.name; }
 
  private:
@@ -46,6 +52,7 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
     std::size_t max_rows = 0;
     std::uint64_t credits = 0;
     bool is_announced = false;
+    bool is_due = false;  ///< waits for its turn
     std::uint64_t lost_before = 0;
     RowReader reader;
   };
@@ -70,6 +77,7 @@ class SocketSession : public std::enable_shared_from_this<SocketSession> {
   void end_stream(std::uint64_t id, const RpcEnd& end);
   void send(bool is_text, std::string bytes);
   void write_next();
+  void note_queued(std::ptrdiff_t bytes);
   bool is_taken(std::uint64_t id) const { return streams_.contains(id) || taps_.contains(id); }
 
   WebSocket socket_;

@@ -252,6 +252,28 @@ def test_a_page_that_does_not_read_gets_pairs_and_is_told(start_daemon: Any, sta
     assert "no such column" in live.next_json()["end"]["message"]
 
 
+def test_pages_that_do_not_read_take_little_memory(daemon: Any, console: Any) -> None:
+    def resident_mb() -> float:
+        status = Path(f"/proc/{console.process.pid}/status").read_text()
+        return int(status.split("VmRSS:")[1].split()[0]) / 1000
+
+    visitor = Visitor(daemon, console)
+    before_mb = resident_mb()
+    pages = [Socket(visitor.port, visitor.cookie) for _ in range(60)]
+    for page in pages:
+        for tap in (1, 2):
+            page.send(json.dumps({"telemetry": tap, "columns": ["tick"] * 250, "max_rows": 8192, "credits": 0}).encode())
+    began = ticks(daemon)
+    while ticks(daemon) < began + 4000:  # as many rows as the console keeps
+        time.sleep(0.1)
+    for page in pages:
+        for tap in (1, 2):
+            page.send(json.dumps({"credit": tap, "n": 1}).encode())
+    assert visitor.rpc("SafetyService/Stop")[0] == 200
+    time.sleep(1.0)
+    assert resident_mb() - before_mb < 100.0
+
+
 def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any, console: Any) -> None:
     resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
     visitor = Visitor(daemon, console)
