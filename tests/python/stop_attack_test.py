@@ -6,6 +6,7 @@ import contextlib
 import os
 import signal
 import sqlite3
+import subprocess
 import threading
 import time
 from pathlib import Path
@@ -16,6 +17,7 @@ import pytest
 import hapticd
 from console_attack_test import Socket, lab_of
 from console_page import Visitor
+from daemon import BINARIES
 from hapticd.v1 import identification_pb2, rig_pb2
 
 #: Size of the recording, in megabytes. What is read for as long as a person would wait has 500.
@@ -139,6 +141,13 @@ def test_while_the_store_of_models_is_locked(rig: Rig) -> None:
             while not waiting.times and rig.daemon.process.poll() is None:  # each waits for seconds
                 came = rig.stop_by_every_path()
         assert waiting.overlap(came) > 0
+
+
+def test_of_a_client_that_may_start_no_further_thread(rig: Rig) -> None:
+    for megabytes in (200, 300, 400):  # of addresses: room for a few stacks
+        limited = ["prlimit", f"--as={megabytes}000000", BINARIES / "hapticctl", "--server", rig.address, "stop"]
+        subprocess.run(limited, check=True, timeout=PATIENCE_S, capture_output=True)
+        rig.expect_latched_and_clear(f"{megabytes} MB")
 
 
 def test_while_a_console_stands_still(rig: Rig, start_console: Any) -> None:

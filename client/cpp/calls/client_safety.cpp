@@ -7,7 +7,8 @@
 namespace hapticd::client {
 
 StopOutcome Client::stop(const std::string& reason) {
-  return stop_by_both(state_->options, state_->channel, reason);
+  return stop_by_both(
+      state_->options, [channel = state_->channel] { return channel; }, reason);
 }
 
 v1::ClearResponse Client::clear() {

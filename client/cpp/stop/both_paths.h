@@ -4,6 +4,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -12,8 +13,11 @@
 
 namespace hapticd::client {
 
-/// stop() with a channel that exists.
-StopOutcome stop_by_both(const ClientOptions& options, const std::shared_ptr<grpc::Channel>& channel,
+/// Gives the channel of the service. Called in the thread of the call, when the stop port was asked.
+using ChannelSource = std::function<std::shared_ptr<grpc::Channel>()>;
+
+/// stop() with a channel that may exist.
+StopOutcome stop_by_both(const ClientOptions& options, const ChannelSource& channel,
                          const std::string& reason);
 
 }  // namespace hapticd::client

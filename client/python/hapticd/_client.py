@@ -96,12 +96,12 @@ class Rig(Calls):
     def stop_by_both(self, reason: str = "") -> StopOutcome:
         """stop() by two paths at once, of which one does not pass gRPC: says which answered first. hapticd.stop() does the
         same without a connection. Raises HapticdError if neither answers in time: use the emergency stop."""
-        return stop_by_both(self._endpoint, self._channel, reason, self._timeout_s)
+        return stop_by_both(self._endpoint, lambda: contextlib.nullcontext(self._channel), reason, self._timeout_s)
 
     def stop(self, reason: Optional[str] = None, *, deadline_s: Optional[float] = None) -> safety_pb2.StopResponse:
         """Zero force from the second tick at the latest, until clear(). By both paths, see stop_by_both()."""
         wait_s = deadline_s if deadline_s is not None else self._timeout_s
-        return stop_by_both(self._endpoint, self._channel, reason or "", wait_s).answer
+        return stop_by_both(self._endpoint, lambda: contextlib.nullcontext(self._channel), reason or "", wait_s).answer
 
     def telemetry(
         self,

@@ -8,7 +8,7 @@ import ssl
 import threading
 import time
 from dataclasses import dataclass
-from typing import Any, Callable, Optional
+from typing import Any, Callable, ContextManager, Optional
 
 import grpc
 
@@ -106,8 +106,16 @@ def _by_call(channel: grpc.Channel, address: str, reason: str, timeout_s: float)
         raise from_rpc(error, address) from None
 
 
-def stop_by_both(endpoint: Endpoint, channel: grpc.Channel, reason: str, timeout_s: float) -> StopOutcome:
-    """Stops with a channel that exists."""
+def _start(run: Callable[[str, Callable[[], Any]], None], name: str, path: Callable[[], Any]) -> bool:
+    try:
+        threading.Thread(target=run, args=(name, path), daemon=True).start()
+    except RuntimeError:  # this user may start no further thread
+        return False
+    return True
+
+
+def stop_by_both(endpoint: Endpoint, channel: Callable[[], ContextManager[grpc.Channel]], reason: str, timeout_s: float) -> StopOutcome:
+    """channel: called once the stop port was asked: if no further thread can start, gRPC waits for ever, and is left alone."""
     began = time.monotonic()
     ended: queue.Queue[tuple[str, float, Any]] = queue.Queue()
 
@@ -125,9 +133,17 @@ def stop_by_both(endpoint: Endpoint, channel: grpc.Channel, reason: str, timeout
             result = error
         ended.put((name, time.monotonic() - began, result))
 
-    paths = {"stop_port": by_port, "service": lambda: _by_call(channel, endpoint.address, reason, timeout_s)}
-    for name, path in paths.items():
-        threading.Thread(target=run, args=(name, path), daemon=True).start()
+    def by_call() -> safety_pb2.StopResponse:
+        with channel() as opened:
+            return _by_call(opened, endpoint.address, reason, timeout_s)
+
+    def no_thread() -> Any:
+        raise Unreachable("this user may start no further thread", where=endpoint.address, remedy="raise the limit: ulimit -u")
+
+    if not _start(run, "stop_port", by_port):
+        run("stop_port", by_port)
+    if not _start(run, "service", by_call):
+        run("service", no_thread)
     results = [ended.get()]
     try:
         is_answered = not isinstance(results[0][2], Exception)
@@ -146,11 +162,7 @@ def stop_by_both(endpoint: Endpoint, channel: grpc.Channel, reason: str, timeout
 
 def stop_at(endpoint: Endpoint, reason: str, timeout_s: float) -> StopOutcome:
     """Stops without a channel that exists."""
-    channel = endpoint.open()
-    try:
-        return stop_by_both(endpoint, channel, reason, timeout_s)
-    finally:
-        channel.close()
+    return stop_by_both(endpoint, endpoint.open, reason, timeout_s)
 
 
 def stop(
