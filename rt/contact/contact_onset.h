@@ -32,12 +32,15 @@ class BasicContactOnset {
 
   explicit BasicContactOnset(double rate_hz) noexcept
       : memory_(std::min<std::size_t>(ticks_of(kMemoryS, rate_hz), kMaxTicks)),
-        force_age_(std::min(whole_ticks_in(kForceAgeS, rate_hz), memory_ - 1)) {}
+        force_age_(std::min(whole_ticks_in(kForceAgeS, rate_hz), memory_ - 1)),
+        rate_hz_(rate_hz) {}
 
-  /// `force_ns`: the instant that the force stands for.
-  void remember(const Place& place_mm, const Place& prompt_force_n, std::int64_t force_ns = 0) noexcept {
+  /// `force_ns`: the instant that the force stands for; `late_s`: that of the place is so much later.
+  void remember(const Place& place_mm, const Place& prompt_force_n, std::int64_t force_ns = 0,
+                double late_s = 0.0) noexcept {
     newest_ = newest_ + 1 < memory_ ? newest_ + 1 : 0;
-    ring_[newest_] = {place_mm, magnitude(prompt_force_n), force_ns};
+    const double late_ticks = std::clamp(late_s * rate_hz_, 0.0, static_cast<double>(memory_));
+    ring_[newest_] = {place_mm, magnitude(prompt_force_n), force_ns, static_cast<std::size_t>(late_ticks)};
     filled_ = std::min(filled_ + 1, memory_);
   }
   void forget() noexcept { filled_ = 0; }
@@ -49,7 +52,7 @@ class BasicContactOnset {
     const std::size_t oldest = filled_ - 1;
     std::size_t age = 0;
     while (age < oldest && !(before(age).force_n <= quiet_n)) ++age;
-    return before(std::min(age + force_age_, oldest)).place_mm;
+    return before(std::min(age + force_age_ + before(age).late_ticks, oldest)).place_mm;
   }
 
   /// Instant at which the contact began: where the straight line through the force of the last quiet tick and
@@ -113,6 +116,7 @@ class BasicContactOnset {
     Place place_mm{};
     double force_n = 0.0;
     std::int64_t force_ns = 0;
+    std::size_t late_ticks = 0;  ///< whole ones, by which the place is later
   };
   const Moment& before(std::size_t age) const noexcept {
     return ring_[newest_ >= age ? newest_ - age : newest_ + memory_ - age];
@@ -120,6 +124,7 @@ class BasicContactOnset {
 
   std::size_t memory_;
   std::size_t force_age_;
+  double rate_hz_;
   std::array<Moment, kMaxTicks> ring_{};
   std::size_t newest_ = 0;
   std::size_t filled_ = 0;

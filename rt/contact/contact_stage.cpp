@@ -32,7 +32,9 @@ void BasicContactStage<Value>::reset() noexcept {
 
 template <class Value>
 void BasicContactStage<Value>::count_missed_loads(const TickInterval& interval) noexcept {
-  if (!detector_.is_waiting()) {
+  // Hum lets a tool look free for a tick, again and again.
+  free_s_ = detector_.is_waiting() ? 0.0 : std::min(free_s_ + interval.s, kSeenFreeS);
+  if (free_s_ >= kSeenFreeS) {
     missed_loads_ = 0;
     load_s_ = 0.0;
   } else if (force_n_ > kMissedN) {
@@ -100,7 +102,8 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
       residual_.start_free();  // the reading before was a mean over the gap
     }
     after_gap_ = now.interval.is_gap;
-    onset_.remember(now.tip_mm, residual_.prompt_force_n(), residual_.prompt_force_ns());
+    onset_.remember(now.tip_mm, residual_.prompt_force_n(), residual_.prompt_force_ns(),
+                    1e-9 * static_cast<double>(now.free_motion.position_ns - now.free_motion.force_ns));
     force_n_ = magnitude(residual_.residual_n());
     detector_.update(force_n_, now.depth_mm, now.contact_depth_mm, residual_.irregular_n(),
                      in_contact() || may_be_met(now));
@@ -115,12 +118,19 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
   if (detector_.just_declared()) note_onset(now.free_motion.position_ns);
   quiet_s_ = force_n_ < parameters_.threshold_n ? quiet_s_ + now.interval.s : 0.0;
   if (quiet_s_ > kQuietS) unproven_ = 0;
+  begins_ = false;
   if (!in_contact()) return follow_free_reading(now);
   is_zero_ = false;
   in_motion_.reset();
   waiting_s_ = load_s_ = 0.0;
   missed_loads_ = 0;
-  if (detector_.just_declared() || now.interval.is_gap) evidence_.begin();
+  // What was held before a gap and has neither moved nor let go in it, still is.
+  const bool is_held =
+      magnitude(now.tip_mm - held_tip_mm_) <= kHeldMm && now.reaction_n > kHeldShare * held_n_;
+  begins_ = detector_.just_declared() || (now.interval.is_gap && !is_held);
+  if (begins_) evidence_.begin();
+  held_tip_mm_ = now.tip_mm;
+  held_n_ = now.reaction_n;
 }
 
 template <class Value>

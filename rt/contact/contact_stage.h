@@ -64,6 +64,8 @@ class BasicContactStage {
 
   const ContactDetector& detector() const noexcept { return detector_; }
   bool in_contact() const noexcept { return detector_.in_contact(); }
+  /// True in the tick from which on its evidence counts: it was declared, or not held over a gap.
+  bool begins() const noexcept { return begins_; }
   /// Share of the desired force that may be rendered, 0 … 1; 0 out of contact.
   double authority() const noexcept { return in_contact() ? evidence_.authority() : 0.0; }
   /// Authority without what a slope alone allows.
@@ -124,6 +126,9 @@ class BasicContactStage {
   static constexpr double kMissedN = 0.3;
   static constexpr double kMissedS = 0.3;
   static constexpr int kMissedLoads = 2;
+  static constexpr double kSeenFreeS = 0.1;
+  static constexpr double kHeldMm = 0.1;
+  static constexpr double kHeldShare = 0.9;
   static constexpr double kQuietDeviations = 2.5;  // of a single reading's noise
   static constexpr double kNoiseMeanS = 0.01;      // what changes more slowly, the slope's acceleration takes
 
@@ -132,6 +137,10 @@ class BasicContactStage {
   double waiting_s_ = 0.0;
   double load_s_ = 0.0;  ///< how long the present load has lasted
   int missed_loads_ = 0;
+  bool begins_ = false;
+  Value held_tip_mm_{};  ///< in the last tick in contact
+  double held_n_ = 0.0;  ///< and the reaction
+  double free_s_ = 0.0;  ///< how long the tool has been seen free, up to kSeenFreeS
   BasicReadingNoise<Value> noise_;
   Value free_mean_n_{};  ///< of what a free tool reads, of late
   double force_n_ = 0.0;

@@ -30,6 +30,7 @@ struct ContactState {
   hal::Vector3 device_n;  ///< what the device gives the tip since the last tick
   bool in_contact = false;
   bool began = false;             ///< a contact began in this tick; it may have ended in it, too
+  bool begins_anew = false;       ///< a contact was not held over a gap: its evidence begins again
   double earned_authority = 0.0;  ///< 0 … 1: what the evidence allows without a slope; 0 out of contact
   hal::Vector3 normal;            ///< out of the object, length 1; out of contact the last one
   hal::Vector3 friction_n;        ///< estimated, on the tool; 0 out of contact

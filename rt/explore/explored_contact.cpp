@@ -34,6 +34,7 @@ void ExploredContact::update(const hal::RigSample& sample, ContactState& now) no
   if (contact_.in_contact()) judge(now);
   now.in_contact = contact_.in_contact();
   now.earned_authority = contact_.earned_authority();
+  now.begins_anew = contact_.begins();
 }
 
 inline void ExploredContact::detect(const hal::RigSample& sample, const ToolState& tool) noexcept {

@@ -25,7 +25,7 @@ double StiffnessForce::predict(ContactState& now) noexcept {
 }
 
 hal::Vector3 StiffnessForce::update(const ContactState& now, ContactRelease& release) noexcept {
-  if (now.began || now.tool.interval.is_gap) late_.reset();
+  if (now.began || now.begins_anew || (now.tool.interval.is_gap && !now.in_contact)) late_.reset();
   if (!options_.is_modulated) return {};
   if (now.in_contact) return in_contact(now, release);
   if (now.authority == 0.0) {
@@ -36,8 +36,10 @@ hal::Vector3 StiffnessForce::update(const ContactState& now, ContactRelease& rel
   const double receding = std::min(0.0, now.rate_mm_per_s);  // what is rendered may only shrink
   double target_n = target_.update(std::max(0.0, now.displacement_mm + options_.lead_s * receding), receding,
                                    now.tool.tip_mm, now.tool.interval.periods);
-  if (late_.has_begun()) target_n -= late_.update(target_n, 0.0, now.rate_mm_per_s, now.tool.interval.s);
-  return now.normal * (now.authority * target_n);
+  // An object that has not let go, as where the contact was taken for none, still bears its part.
+  const double left_n = std::clamp(dot(now.tool.reaction_n, now.normal), 0.0, release.last_reaction_n());
+  if (late_.has_begun()) target_n -= late_.update(target_n, left_n, now.rate_mm_per_s, now.tool.interval.s);
+  return now.normal * (now.authority * (target_n - left_n));
 }
 
 inline hal::Vector3 StiffnessForce::in_contact(const ContactState& now, ContactRelease& release) noexcept {
@@ -50,7 +52,7 @@ inline hal::Vector3 StiffnessForce::in_contact(const ContactState& now, ContactR
   const hal::Vector3 desired_n =
       options_.keeps_friction ? now.normal * (target_n - now.normal_n - reaction_ahead_n_)
                               : now.normal * (target_n - reaction_ahead_n_) - now.tool.reaction_n;  // (4.4)
-  release.remember(desired_n);
+  release.remember(desired_n, std::max(0.0, now.normal_n));
   return desired_n * now.authority;
 }
 

@@ -88,7 +88,7 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
       .contact_depth_mm = contact_depth_mm_,
       .acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2())};
   contact_.detect(input);
-  if (contact_.detector().just_declared() || now.interval.is_gap) late_.reset();
+  if (contact_.begins() || (now.interval.is_gap && !contact_.in_contact())) late_.reset();
   if (contact_.detector().just_declared()) {
     contact_depth_mm_ = looks_back_ ? contact_.onset_mm() : now.depth_mm;
     onset_friction_n_ = back_drive_.friction_n();

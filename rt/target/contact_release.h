@@ -18,8 +18,11 @@ class ContactRelease {
   /// Advances by one tick: what the evidence allows in contact, and the displacement as it is estimated.
   void update(bool in_contact, double authority, double displacement_mm,
               const TickInterval& interval) noexcept;
-  /// Remembers the desired force of a tick in contact, before authority.
-  void remember(const hal::Vector3& desired_n) noexcept { last_desired_n_ = desired_n; }
+  /// Remembers the desired force of a tick in contact, before authority, and the reaction along the normal.
+  void remember(const hal::Vector3& desired_n, double reaction_n = 0.0) noexcept {
+    last_desired_n_ = desired_n;
+    last_reaction_n_ = reaction_n;
+  }
   void reset() noexcept { *this = ContactRelease(is_cut_); }
 
   /// False only if free.
@@ -30,6 +33,8 @@ class ContactRelease {
   double displacement_mm() const noexcept { return displacement_mm_; }
   /// Desired force of the last tick in contact.
   const hal::Vector3& last_desired_n() const noexcept { return last_desired_n_; }
+  /// Reaction in that tick, 0 or more.
+  double last_reaction_n() const noexcept { return last_reaction_n_; }
 
  private:
   bool is_cut_;
@@ -37,6 +42,7 @@ class ContactRelease {
   double authority_ = 0.0;  ///< in the last tick of contact
   double displacement_mm_ = 0.0;
   hal::Vector3 last_desired_n_;
+  double last_reaction_n_ = 0.0;
 };
 
 }  // namespace hapticd::rt

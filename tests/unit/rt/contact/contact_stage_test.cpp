@@ -28,6 +28,7 @@ class Line {
                          now_ns - static_cast<std::int64_t>(0.5e9 * (period_s_ + late_s))};
     input.tip_mm = input.depth_mm = depth_mm;
     input.velocity_mm_per_s = velocity_mm_per_s;
+    input.reaction_n = std::abs(force_n);
     input.contact_depth_mm = contact_depth_mm_;
     input.acceleration_mm_per_s2 = std::abs(acceleration_mm_per_s2);
     stage_.detect(input);
@@ -50,6 +51,8 @@ class Line {
       largest_ = std::max(largest_, stage_.authority());
     }
   }
+  /// The guard does not know the zero.
+  void distrust() { stage_.distrust(); }
   const ContactDetector& detector() const { return stage_.detector(); }
   const ContactStage& stage() const { return stage_; }
   double largest_authority() const { return largest_; }
@@ -127,6 +130,37 @@ TEST(ContactStage, LoadsThatComeAndGoWhileAFreeToolIsWaitedForAreReported) {
   for (int i = 0; i < 500; ++i) line.tick(0.0, 0.0);
   EXPECT_TRUE(line.detector().is_free());
   EXPECT_FALSE(line.stage().waits_in_motion());
+}
+
+TEST(ContactStage, LoadsWhoseZeroIsNotTrustedAreReportedAlthoughTheToolLooksFreeAtTimes) {
+  Line line;
+  const auto press = [&line](double seconds, double force_n) {
+    for (int i = 0; i < static_cast<int>(1e3 * seconds); ++i) {
+      line.distrust();  // as under hum, with which the guard finds no zero
+      line.tick(0.0, force_n);
+    }
+  };
+  for (int i = 0; i < 2; ++i) {
+    press(0.5, 0.0);
+    press(0.5, 1.0);
+  }
+  EXPECT_EQ(line.detector().count(), 0U);
+  EXPECT_TRUE(line.stage().waits_in_motion());
+}
+
+TEST(ContactStage, WhatIsHeldOverALateTickIsHeld) {
+  const auto held = [](double moved_mm, double left_share) {
+    Line line;
+    for (int i = 0; i < 100; ++i) line.tick(-1.0, 0.0);
+    for (int i = 0; i < 300; ++i) line.tick(-1.0 + 0.01 * i, std::max(0.0, 0.4 * (-1.0 + 0.01 * i)));
+    for (int i = 0; i < 500; ++i) line.tick(2.0, 0.8);
+    EXPECT_EQ(line.stage().authority(), 1.0);
+    line.tick(2.0 + moved_mm, 0.8 * left_share, 0.0, 0.02);
+    return line.stage().authority();
+  };
+  EXPECT_EQ(held(0.0, 1.0), 1.0);
+  EXPECT_LT(held(0.0, 0.8), 0.5) << "it may have let go";
+  EXPECT_LT(held(-0.5, 1.0), 0.5) << "it may be elsewhere";
 }
 
 TEST(ContactStage, AToolThatFoundTheObjectWithinAGapWaitsUntilItIsFree) {

@@ -102,6 +102,12 @@ TEST(ContactOnset, FindsTheLastQuietTick) {
   EXPECT_NEAR(onset.place_mm(0.0075), 3.0, 1e-12);
 }
 
+TEST(ContactOnset, GoesBackByWhatTheForceIsLater) {
+  ContactOnset onset(kCountedHz);
+  for (int i = 0; i < 40; ++i) onset.remember(0.1 * i, i <= 30 ? 0.002 : 0.01 * (i - 30), 0, 0.0035);
+  EXPECT_NEAR(onset.place_mm(0.0075), 2.7, 1e-12) << "read three whole ticks after it acted";
+}
+
 TEST(ContactOnset, FallsBackOnTheOldestItRemembers) {
   ContactOnset onset(kCountedHz);
   for (int i = 0; i < 100; ++i) onset.remember(i, 1.0);

@@ -48,6 +48,28 @@ TEST(ExplorePipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
   }
 }
 
+TEST(ExplorePipeline, DoesNotReverseItsForceWhenALoadedContactIsGivenUp) {
+  ExploreBench bench(rigid(explore_scene(Tip::kRod), 0.3));
+  TickRecord last = bench.press_and_hold();
+  const hal::Vector3 held_n = bench.at(kHeldMm).sensor_force_n;
+  ASSERT_LT(last.device_command_n.z, -0.3) << "softer than the object";
+  double largest_n = 0.0;
+  double largest_step_n = 0.0;
+  bool was_given_up = false;
+  for (int i = 1; i <= 600; ++i) {  // another hand lifts the object
+    hal::RigSample sample = bench.at({0.0, 0.0, kHeldMm.z + 0.006 * i});
+    sample.sensor_force_n = held_n;
+    const TickRecord record = bench.tick(sample);
+    was_given_up = was_given_up || !record.in_contact;
+    largest_n = std::max(largest_n, record.device_command_n.z);
+    largest_step_n = std::max(largest_step_n, norm(record.device_command_n - last.device_command_n));
+    last = record;
+  }
+  EXPECT_TRUE(was_given_up);
+  EXPECT_LT(largest_n, 0.05);
+  EXPECT_LT(largest_step_n, 0.3);
+}
+
 TEST(ExplorePipeline, DoesNothingInFreeMotionOfATiltedTool) {
   for (const SceneSpec& spec : all_explore_scenes()) {
     ExploreBench bench(rigid(spec, 0.7));
