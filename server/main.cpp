@@ -1,3 +1,4 @@
+#include <pthread.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -134,7 +135,10 @@ int run(int argc, char** argv) {
   const std::string address = server::ListenAddress{config->listen.host, daemon->port()}.text();
   server::write_if_ready(STDOUT_FILENO, "hapticd listens on " + address + "\n");
   // Waits, if the service manager's queue is full: not in the thread that waits for signals.
-  std::thread([address] { server::notify_ready("serves " + address); }).detach();
+  std::thread([address] {
+    pthread_setname_np(pthread_self(), "notify");
+    server::notify_ready("serves " + address);
+  }).detach();
 
   server::log_info(server::name_of_signal(server::await_ending_signal()) + ": shutting down");
   daemon->stop();
