@@ -589,3 +589,17 @@ def test_a_stop_without_a_daemon_says_where_none_is() -> None:
     with pytest.raises(hapticd.Unreachable) as caught:
         hapticd.stop(address="127.0.0.1:1", timeout_s=2.0)
     assert caught.value.where == "127.0.0.1:2"
+
+
+def test_a_channel_that_waits_for_ever_is_left() -> None:
+    class Channel:
+        is_asked = False
+
+        def close(self) -> None:
+            self.is_asked = True
+            threading.Event().wait()
+
+    channel = Channel()
+    rig = hapticd.Rig(Endpoint.of("127.0.0.1:1", None), channel, 1.0, "")  # type: ignore[arg-type]
+    rig.close()
+    assert channel.is_asked
