@@ -120,9 +120,9 @@ TEST(NetFtBias, OfAnotherClientIsNoticedAndNamed) {
     bench.box.set_offset({0.0, 0.0, 2.0}, {});
     ASSERT_FALSE(bench.engage());
     ASSERT_FALSE(bench.sensor->bias());
-    const std::uint32_t serial = bench.read().bias_serial;
     bench.box.load({0.0, 0.0, 0.5}, {});
     ASSERT_TRUE(reads(bench, [](const auto& s) { return near(s.sensor_force_n.z, 0.5); }));
+    const std::uint32_t serial = bench.read().bias_serial;  // of a record since the bias
     bench.box.bias_by_another();
     EXPECT_TRUE(eventually([&] { return bench.finds("another client has biased the box"); }));
     EXPECT_TRUE(reads(bench, [&](const auto& s) {
