@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The targets of the product and what each uses, as CMake has them: the picture of docs/architecture.md.
 
-    deploy/draw_targets.py            draws docs/pictures/targets.svg (needs graphviz)
+    deploy/draw_targets.py            draws docs/pictures/targets.svg (needs graphviz: deploy/install_packages.sh drawing)
     deploy/draw_targets.py --check    compares the picture with the build; exit status 1 if they differ
 
 An arrow that others imply is left out: what a target uses, its users may use.

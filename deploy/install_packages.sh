@@ -2,8 +2,8 @@
 # The one list of the Debian 12 packages hapticd is built, tested and run with. Installs those that are missing, as root
 # or with sudo; touches nothing, and needs neither, when all are there. Quiet unless it fails.
 #
-#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz docs packaging slurm;
-#                                                   none = all but the last four
+#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz docs drawing packaging slurm;
+#                                                   none = all but the last five
 #   bash deploy/install_packages.sh --list [GROUP ...]
 set -euo pipefail
 
@@ -23,7 +23,9 @@ declare -A packages=(
   # The compiler of the preset asan, which also fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.
-  [docs]="mkdocs doxygen graphviz python3-grpcio python3-protobuf python3-numpy"
+  [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
+  # What draws the targets (deploy/draw_targets.py); only when asked for.
+  [drawing]="graphviz"
   # A cluster on one machine, to try the report's job array; only when asked for.
   [slurm]="slurmctld slurmd slurm-client munge"
   # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
@@ -42,7 +44,7 @@ groups=("$@")
 wanted=()
 for group in "${groups[@]}"; do
   if [[ -z "${packages[$group]:-}" ]]; then
-    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]} fuzz docs packaging slurm" >&2
+    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]} fuzz docs drawing packaging slurm" >&2
     exit 2
   fi
   read -r -d '' -a names <<<"${packages[$group]}" || true
