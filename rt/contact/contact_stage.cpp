@@ -124,13 +124,15 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
   in_motion_.reset();
   waiting_s_ = load_s_ = 0.0;
   missed_loads_ = 0;
-  // What was held before a gap and has neither moved nor let go in it, still is.
-  const bool is_held =
-      magnitude(now.tip_mm - held_tip_mm_) <= kHeldMm && now.reaction_n > kHeldShare * held_n_;
-  begins_ = detector_.just_declared() || (now.interval.is_gap && !is_held);
+  begins_ = detector_.just_declared() || (now.interval.is_gap && !is_still_held(now));
   if (begins_) evidence_.begin();
   held_tip_mm_ = now.tip_mm;
   held_n_ = now.reaction_n;
+}
+
+template <class Value>
+bool BasicContactStage<Value>::is_still_held(const Input& now) const noexcept {
+  return magnitude(now.tip_mm - held_tip_mm_) <= kHeldMm && now.reaction_n > kHeldShare * held_n_;
 }
 
 template <class Value>

@@ -118,6 +118,9 @@ class BasicContactStage {
   /// tip the way it goes. Unless it is more than free motion can leave.
   bool may_be_met(const Input& now) const noexcept;
 
+  /// Returns true if the tip is where it was in the last tick and bears about as much: over a gap, the same
+  /// object is held.
+  bool is_still_held(const Input& now) const noexcept;
   void follow_free_reading(const Input& now) noexcept;
   /// Counts the loads of kMissedN that came and went for kMissedS while a free tool was waited for.
   void count_missed_loads(const TickInterval& interval) noexcept;

@@ -23,7 +23,7 @@ namespace hapticd::server {
 /// is closed at once; the next is served as soon as a descriptor is free.
 class ConnectionListener {
  public:
-  /// What serves the connections. Called in the listener's thread.
+  /// Functions that serve the connections. Called in the listener's thread.
   struct Takers {
     /// Takes over a connection's descriptor.
     std::function<void(int descriptor, ConnectionKind kind)> take;

@@ -156,7 +156,7 @@ Figure recording_figure(const CsvTable& table) {
   const bool has_displacement =
       table.has("deformation_displacement_mm") || table.has("truth_displacement_mm");
   FigurePanel curve = has_displacement ? curve_panel(table) : FigurePanel{};
-  // Without a contact there are no curves: what is over time has the whole width, and its own key.
+  // If nothing was touched, there are no curves. The panels over time then have the whole width and a key.
   const bool touched = !curve.series.empty();
   const double left = touched ? 0.5 : 0.0;
   const double width = 1.0 - left;

@@ -117,7 +117,7 @@ v1::StopResponse stop_by_call(Race& race, const ChannelSource& channel, const Cl
   v1::StopResponse answer;
   const grpc::Status status = stub->Stop(context.get(), request, &answer);
   {
-    // What it holds of gRPC ends in this thread, too: that may wait for ever.
+    // The context is destroyed in this thread as well, because that may wait for ever.
     const MutexLock lock(race.mutex);
     race.call.reset();
   }

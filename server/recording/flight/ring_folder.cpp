@@ -34,7 +34,7 @@ hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
       // The ring of a daemon that still runs, or of one that ended in no orderly way.
       const auto found = FlightRing::open_left(path);
       if (found && fs::exists(aside, ignored)) {
-        // That of the run before, which ended before it was kept: neither takes the other's place.
+        // The ring of an earlier run is not kept yet. Both rings stay where they are.
         left.push_back(path);
         continue;
       }

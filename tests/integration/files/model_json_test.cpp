@@ -261,7 +261,7 @@ TEST(ModelJson, ARefusalHasFivePartsAndACode) {
        "schema \"hapticd.stored_model/1\"", "export the model again where it came from", kUnknownWord});
 }
 
-TEST(ModelJson, ATextThatIsNotJsonIsToldWhereItEndsBeingIt) {
+TEST(ModelJson, ATextThatIsNotJsonIsRefusedWithThePlace) {
   const auto imported = import_json("{\"schema\": ");
   ASSERT_FALSE(imported);
   EXPECT_TRUE(imported.error().value.starts_with("parse error at line 1, column 12"))

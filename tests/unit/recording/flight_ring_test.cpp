@@ -88,7 +88,7 @@ TEST(FlightRing, NotesThatAreHalfWrittenAreNone) {
   EXPECT_TRUE(value_of(FlightRing::open_left(path))->notes().empty());
 }
 
-// What is read at once follows from these numbers.
+// The number of bytes that are read at once follows from these numbers.
 TEST(FlightRing, WhoseSizeIsNotWhatItsBeginningSaysIsDamaged) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path("r.ring");
