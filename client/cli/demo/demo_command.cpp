@@ -28,7 +28,9 @@ void add_demo_command(CLI::App& app, Session& session) {
   command->add_option("--hold", options->hold_s, "Seconds at full force")
       ->check(CLI::Range(0.5, 60.0))
       ->capture_default_str();
-  command->add_option("--out", options->folder, "Folder for recording, plot and results")
+  command
+      ->add_option("--out", options->folder,
+                   "Folder for recording, plot and results; made if it is not there")
       ->capture_default_str();
   command->callback([&session, options] { DemoSession(*options, session).run(); });
 }

@@ -2,8 +2,10 @@
 
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "client/cli/demo/demo_view.h"
@@ -53,6 +55,12 @@ void DemoSession::prepare() {
   if (client_.rig_state().guard_state() == v1::GUARD_STATE_LATCHED) {
     throw LocalError("the guard is latched: no force would be rendered", client_.address(),
                      word(client_.rig_state().guard_fault()), "", "hapticctl clear");
+  }
+  std::error_code failure;
+  std::filesystem::create_directories(options_.folder, failure);
+  if (failure) {
+    throw LocalError("the folder of the results cannot be made", options_.folder, failure.message(), "",
+                     "choose another one with --out");
   }
   client_.unload_scene();
   object_stiffness_n_per_mm_ = client_.set_object(options_.object).object_stiffness_n_per_mm();
