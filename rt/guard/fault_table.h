@@ -111,6 +111,8 @@ inline constexpr auto kFaultTable = [] {
               "read in the log why it ended; hold the tool in free air, then clear"},
     FaultRule{kSensorJumped, "sensor_jumped", "the sensor's reading jumped without a load, and the tool has not been moved in free air since", kWarn, kItself, false, false, true, 0,
               "move the tool by some millimetres in free air; if it comes back, look who biases the sensor, and at cable and transducer"},
+    FaultRule{kSensorFrozen, "sensor_frozen", "the sensor repeats one value although the tool moves and its samples go on", kCut, kAnyClient, true, true, true, 0,
+              "start the sensor's box or its acquisition again; see to the cable between them"},
   };
 }();
 // clang-format on
@@ -136,7 +138,7 @@ static_assert(
       for (std::size_t i = 0; i < kFaultTable.size(); ++i) {
         if (static_cast<std::size_t>(kFaultTable[i].fault) != i + 1) return false;
       }
-      return kFaultTable.back().fault == GuardFault::kSensorJumped;
+      return kFaultTable.back().fault == GuardFault::kSensorFrozen;
     }(),
     "one line a fault, in the order of GuardFault");
 static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.action == FaultAction::kCut); }) ==

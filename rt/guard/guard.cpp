@@ -82,6 +82,12 @@ inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed)
   if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) {
     faults |= set_of(GuardFault::kNonFinite);
   }
+  if (has_time_ && gap_ns_ > 0 && sample.time_ns - last_time_ns_ > gap_ns_) {
+    faults |= set_of(GuardFault::kLoopGap);
+  }
+  interval_s_ = has_time_ ? seconds_between(last_time_ns_, sample.time_ns, period_s_) : period_s_;
+  last_time_ns_ = sample.time_ns;
+  has_time_ = true;
   if (stale_after_ns_ > 0) {  // the scene listens to a force sensor
     if (!sane(sample.sensor_force_n) || !sane(sample.sensor_torque_n_mm)) {
       faults |= set_of(GuardFault::kNonFinite);
@@ -89,15 +95,12 @@ inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed)
     if (sample.force_age_ns > stale_after_ns_) {
       faults |= set_of(GuardFault::kSensorStale);
     }
+    if (limits_.renders_real_object && reading_.update(sample, interval_s_, load_.unloaded_s() < kFreeAirS)) {
+      faults |= set_of(GuardFault::kSensorFrozen);
+    }
   } else {
     faults &= ~kOfSensor;
   }
-  if (has_time_ && gap_ns_ > 0 && sample.time_ns - last_time_ns_ > gap_ns_) {
-    faults |= set_of(GuardFault::kLoopGap);
-  }
-  interval_s_ = has_time_ ? seconds_between(last_time_ns_, sample.time_ns, period_s_) : period_s_;
-  last_time_ns_ = sample.time_ns;
-  has_time_ = true;
   return faults;
 }
 
@@ -181,7 +184,8 @@ void Guard::update_authority() noexcept {
 void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
   if (!fit) return load_.interrupt();
   load_.update(sample, interval_s_, last_force_n_);
-  const bool is_left = load_.shows_only_noted() && load_.unloaded_s() > kFreeAirS;
+  const bool is_left =
+      (load_.shows_only_noted() || load_.is_back_at_zero()) && load_.unloaded_s() > kFreeAirS;
   const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
   proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
   if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);

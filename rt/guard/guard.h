@@ -6,6 +6,7 @@
 
 #include "hal/samples.h"
 #include "rt/guard/fault_table.h"
+#include "rt/guard/frozen_reading.h"
 #include "rt/guard/load_watch.h"
 #include "rt/guard/oscillation_monitor.h"
 #include "rt/guard/push_speed.h"
@@ -68,7 +69,8 @@ class [[nodiscard]] Admission {
 ///                             rise again by kLoadRiseNPerS; within kBackWithinS after a load, when the arm
 ///                             may swing, once the load has been back for kBackS: then it is sure.
 ///   only a noted step is      none after 14 ms.
-///   read
+///   read, or a zero from
+///   before a jump
 ///   the zero is not proven    none at once. What comes back after this or the row above grows over
 ///                             kProvenRiseS.
 ///
@@ -183,6 +185,7 @@ class Guard {
   double authority_ = 1.0;
   hal::Vector3 last_force_n_;
   LoadWatch load_;
+  FrozenReading reading_;
   hal::Vector3 wanted_n_;
   double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick
   double proven_share_ = 0.0;  ///< since the zero is proven

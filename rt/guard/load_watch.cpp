@@ -72,6 +72,7 @@ void LoadWatch::prove() noexcept {
   proven_jump_n_ = jump_n_;
   proven_first_n_ = first_n_;
   last_since_proof_n_ = {};
+  formers_ = 0;
 }
 
 void LoadWatch::take_bias(const hal::RigSample& sample) noexcept {
@@ -143,7 +144,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     return;
   }
   under_way_.tip_mm = sample.tip_position_mm;
-  under_way_.unloaded_s = unloaded_s_;
+  under_way_.unloaded_s = unloaded_s();
   under_way_.device_n = device_n;
   if (looks_ > 1) under_way_.reading_n = under_way_.reading_n * (1.0 / looks_);
   const double s = under_way_.length_s;

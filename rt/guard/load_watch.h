@@ -103,6 +103,9 @@ class LoadWatch {
   bool is_suspected() const noexcept { return is_suspected_; }
   /// All that is read is a step that was noted under load: most likely the object has been left.
   bool shows_only_noted() const noexcept { return noted_slots_ > kLeftSlots; }
+  /// What is read is a zero from before a jump, and stays so in motion: most likely it has jumped back, and the object
+  /// has been left.
+  bool is_back_at_zero() const noexcept { return at_proof_s_ > 0.0 && stays_in_motion(); }
   /// Whether anything is touched is not known, and no reading counts.
   bool is_waiting() const noexcept { return is_waiting_; }
   /// Whether it waits because of a jump.
@@ -152,6 +155,7 @@ class LoadWatch {
   static constexpr double kHeldMm = 0.3;
   static constexpr std::size_t kLeftSlots = 2;
   static constexpr double kLeftMm = 0.3;
+  static constexpr double kStaysMm = 0.5;
   static constexpr double kForgetsNotedS = 0.25;
   static constexpr double kSettleS = 0.5;
   static constexpr double kSettleTimeS = 0.1;
@@ -182,6 +186,10 @@ class LoadWatch {
   };
 
   const Slot& before(std::size_t age) const noexcept { return slots_[newest_ - age]; }
+  /// What is read has stayed what it is over kStaysMm of motion.
+  bool stays_in_motion() const noexcept {
+    return has_stretch_ && exceeds(before(0).tip_mm - stretch_tip_mm_, kStaysMm);
+  }
   /// Share of a peak that is left after `s`.
   static double left_of_peak(double s, double fade_s) noexcept { return 1.0 - std::min(s / fade_s, 1.0); }
   void take_bias(const hal::RigSample& sample) noexcept;
@@ -198,8 +206,8 @@ class LoadWatch {
   Load load(const hal::Quaternion& to_rig) const noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept;
-  /// Returns true if the reading is the zero that was proven last, with the last jump since or without it. It then
-  /// shows no load, or one that is as large as the other jumps and against them.
+  /// Returns true if the reading is the zero that was proven last, with the last jump since or without it, or one that
+  /// was taken for it since. It then shows no load, or one that is as large as the other jumps and against them.
   bool is_back_at_proof(const Load& now) const noexcept;
   /// Returns true if the reading would show no load were the zero smaller by `off_n`, and is nearer to that zero.
   bool is_nothing_without(const hal::Vector3& off_n, const Load& now) const noexcept;
@@ -258,6 +266,9 @@ class LoadWatch {
   bool has_proof_ = false;
   hal::Vector3 proven_jump_n_;
   hal::Vector3 proven_first_n_;
+  /// Zeros that were taken for it since, each until the reading jumped in free air. The oldest gives way.
+  std::array<hal::Vector3, 3> former_n_{};
+  std::size_t formers_ = 0;  ///< their number so far
   hal::Vector3 last_since_proof_n_;  ///< the last jump since
   BasicReadingNoise<hal::Vector3> noise_;
   double peak_inertia_n_ = 0.0;  ///< of late

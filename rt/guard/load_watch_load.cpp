@@ -92,9 +92,14 @@ bool LoadWatch::shows_load(const Load& now) const noexcept {
 
 bool LoadWatch::is_back_at_proof(const Load& now) const noexcept {
   if (!has_proof_) return false;
-  const hal::Vector3 off_n = jump_n_ + first_n_ - proven_jump_n_ - proven_first_n_;
+  const hal::Vector3 present_n = jump_n_ + first_n_;
+  const hal::Vector3 off_n = present_n - proven_jump_n_ - proven_first_n_;
   // Under a load a zero jumps back unseen: then only the last of several jumps is left.
-  return is_nothing_without(off_n, now) || is_nothing_without(off_n - last_since_proof_n_, now);
+  if (is_nothing_without(off_n, now) || is_nothing_without(off_n - last_since_proof_n_, now)) return true;
+  for (std::size_t i = 0; i < std::min(formers_, former_n_.size()); ++i) {
+    if (is_nothing_without(present_n - former_n_[i], now)) return true;
+  }
+  return false;
 }
 
 bool LoadWatch::is_nothing_without(const hal::Vector3& off_n, const Load& now) const noexcept {

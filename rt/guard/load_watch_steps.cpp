@@ -124,6 +124,7 @@ void LoadWatch::jump(const hal::Vector3& by_n) noexcept {
   noted_slots_ = 0;
   is_waiting_ = has_jumped_ = true;
   has_stretch_ = false;
+  former_n_[formers_++ % former_n_.size()] = jump_n_ + first_n_;
   jump_n_ = jump_n_ + by_n;
   last_since_proof_n_ = by_n;
   unloaded_s_ = kLongS;

@@ -35,6 +35,7 @@ enum class GuardFault : std::uint8_t {
   kUncleanEnd,         ///< the last run of the daemon did not end cleanly, and the fault was not cleared
                        ///< since
   kSensorJumped,       ///< the sensor's reading jumped, and nothing has shown since that the tool is free
+  kSensorFrozen,       ///< the sensor repeats an old value although its samples go on
 };
 
 }  // namespace hapticd::rt

@@ -14,7 +14,8 @@ namespace {
 
 /// Each of these makes the force unusable; the worst first.
 constexpr std::array kSensorFaults{v1::GUARD_FAULT_SENSOR_LOST, v1::GUARD_FAULT_SENSOR_STALE,
-                                   v1::GUARD_FAULT_SENSOR_FAULT, v1::GUARD_FAULT_SENSOR_SATURATED};
+                                   v1::GUARD_FAULT_SENSOR_FAULT, v1::GUARD_FAULT_SENSOR_SATURATED,
+                                   v1::GUARD_FAULT_SENSOR_FROZEN};
 /// An older force counts as never received.
 constexpr double kNeverMs = 1e9;
 /// A smaller force is what a sensor reads of nothing.

@@ -26,6 +26,8 @@ constexpr std::array kFields{
                    "data sheet: error within 1 … 1.75 % of full scale"},
     ConditionField{"sensor_noise_n", &C::sensor_noise_n, 0.0, 0.1, "N", 0.0,
                    "assumed: a long cable, or motors that the amplifier hears"},
+    ConditionField{"sensor_frozen_at_s", &C::sensor_frozen_at_s, 0.0, 3600.0, "s", 0.0,
+                   "0 = it never freezes"},
     ConditionField{"bias_error_x_n", &C::bias_error_x_n, -1.0, 1.0, "N", 0.0, "load during biasing"},
     ConditionField{"bias_error_y_n", &C::bias_error_y_n, -1.0, 1.0, "N", 0.0, "load during biasing"},
     ConditionField{"bias_error_z_n", &C::bias_error_z_n, -1.0, 1.0, "N", 0.0, "load during biasing"},

@@ -22,8 +22,9 @@ struct Conditions {
   double sensor_step_n = 0.0;         ///< the zero jumps by this …
   double sensor_step_interval_s = 5.0;
   double sensor_crosstalk_share = 0.0;  ///< of each axis in the two others
-  double sensor_noise_n = 0.0;  ///< besides its own: standard deviation of a mean over 1 ms, each axis
-  double bias_error_x_n = 0.0;  ///< load on the sensor when it was biased
+  double sensor_noise_n = 0.0;      ///< besides its own: standard deviation of a mean over 1 ms, each axis
+  double sensor_frozen_at_s = 0.0;  ///< from then on every sample repeats the same reading; 0 = never
+  double bias_error_x_n = 0.0;      ///< load on the sensor when it was biased
   double bias_error_y_n = 0.0;
   double bias_error_z_n = 0.0;
   double sensor_delay_ms = 0.0;   ///< age of the newest sensor sample

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hapticd::sim {
 
@@ -31,6 +32,8 @@ Nano17::Nano17(double tool_mass_kg, std::uint64_t seed, const Conditions& condit
       noise_n_(std::hypot(kNoiseN, conditions.sensor_noise_n * std::sqrt(1e-3 / step_s))),
       zero_(conditions, seed, step_s),
       step_ns_(std::llround(1e9 * step_s)),
+      measures_(conditions.sensor_frozen_at_s > 0.0 ? std::llround(conditions.sensor_frozen_at_s / step_s)
+                                                    : std::numeric_limits<std::int64_t>::max()),
       delay_ns_(std::llround(1e6 * conditions.sensor_delay_ms)),
       delay_reported_(conditions.delays_reported > 0.5),
       waiting_(samples_wait || delay_ns_ > 0 ? kMaxWaiting : 0),
@@ -67,10 +70,11 @@ void Nano17::measure(const hal::Vector3& force_n, const hal::Vector3& torque_n_m
 }
 
 void Nano17::send(const Reading& reading) noexcept {
+  if (made_ < measures_) last_ = reading;
   if (waiting_.empty()) {
-    mean_.add(reading.force_n, reading.torque_n_mm);
+    mean_.add(last_.force_n, last_.torque_n_mm);
   } else {
-    waiting_[static_cast<std::size_t>(made_) % waiting_.size()] = reading;
+    waiting_[static_cast<std::size_t>(made_) % waiting_.size()] = last_;
   }
   ++made_;
 }

@@ -60,6 +60,8 @@ class Nano17 {
   double noise_n_;  ///< of one sample, each axis
   SensorZero zero_;
   std::int64_t step_ns_;
+  std::int64_t measures_;  ///< so many samples; what comes after them repeats the last
+  Reading last_;
   std::int64_t delay_ns_;
   bool delay_reported_;
   std::vector<Reading> waiting_;  ///< ring of samples on their way; empty if none is ever late

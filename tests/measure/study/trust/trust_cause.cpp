@@ -165,6 +165,13 @@ std::vector<TrustCause> make_causes() {
     all[i].motion = TrustMotion::kPressOften;
     all[i].needs_object = true;
   }
+  const std::size_t frozen = all.size();
+  add("sensor_frozen", {0.8, 1.2, 1.6, 2.5, 4.5}, "s",
+      [](SimulationConfig& rig, double at_s) { set(rig, "sensor_frozen_at_s", at_s); }, {1.6});
+  for (std::size_t i = frozen; i < all.size(); ++i) {
+    all[i].motion = TrustMotion::kPressOften;
+    all[i].needs_object = true;
+  }
   add("zero_step", {20, 50}, "mN",
       [](SimulationConfig& rig, double mn) {
         set(rig, "sensor_step_n", 1e-3 * mn);

@@ -110,14 +110,17 @@ TEST_P(NothingThere, NothingFelt) {
 }
 
 /// A jump that cancels a press to within the threshold hides it; the next one looks like a jump in free air.
+/// At 0.5 N the zero had jumped before the press as well, and was not proven since: 3 N for a second once the
+/// object was left.
 TEST(ZeroJumps, OfWhichOneHidThePressAreKnownOnceTheObjectIsLeft) {
   const OnPlant general(sim::Plant::kGeneral);
   const IdentificationResult& ours = identified("foam_ball_3d");
   for (const TrustCause& cause : trust_causes()) {
-    if (cause.name != "zero_jump_touched" || cause.level != "2 N") continue;
+    if (cause.name != "zero_jump_touched" || (cause.level != "2 N" && cause.level != "0.5 N")) continue;
     TrustCase trial;
     trial.cause = &cause;
     trial.scene = "explore_rod";
+    trial.device = trust_devices()[cause.level == "2 N" ? 0 : 1];
     trial.seed = 2;
     const TrustOutcome outcome = run_trust_case(trial, {&ours.model, &ours.dissertation});
     EXPECT_TRUE(outcome.holds) << outcome.max_n << " N at " << outcome.max_at_s << " s";

@@ -51,9 +51,12 @@ class ExploreBench {
     sample.tip_orientation = orientation;
     sample.sensor_force_n =
         sensed_n(built_up_ * (-friction_.kinetic * normal_n) + hal::Vector3{0.0, 0.0, normal_n}, orientation);
+    sample.sensor_force_n.y += ticks_ % 2 == 0 ? trembles_n_ : -trembles_n_;
     sample.force_count = 10;
     return sample;
   }
+  /// From now on the last digit of the sensor is not still.
+  void tremble() { trembles_n_ = 1e-5; }
   TickRecord tick(hal::RigSample sample) {
     sample.tick = ticks_++;
     sample.time_ns = time_ns_ += period_ns_;
@@ -94,6 +97,7 @@ class ExploreBench {
   PlanarMaxwellSlip maxwell_slip_{MaxwellSlipParameters{}};
   hal::Vector3 built_up_;
   hal::Vector3 last_tip_mm_;
+  double trembles_n_ = 0.0;
   std::uint64_t ticks_ = 0;
   std::int64_t period_ns_ = 1'000'000;
   std::int64_t time_ns_ = 0;
