@@ -7,10 +7,10 @@
 
 namespace hapticd::rt {
 
-/// Whether a force sensor repeats an old value in samples that are new. Of a sensor whose reading trembles no
-/// two means are equal to a millionth of a newton; one that is filtered so far that it does not is never
-/// taken for frozen. A tool at rest says nothing either: the tip must have moved meanwhile, by a little under
-/// a load, by more in free air.
+/// Whether a force sensor repeats an old value in samples that are new. No two means of a reading that trembles
+/// are equal to a millionth of a newton; one that is filtered so far that it does not is never taken for frozen.
+/// A tool at rest says nothing either: the tip must have moved meanwhile, by a little under a load, by more in
+/// free air.
 class FrozenReading {
  public:
   /// Takes one sample, `interval_s` after the one before. `loaded`: the sensor bore a load of late. Returns

@@ -55,7 +55,7 @@ class ExploreBench {
     sample.force_count = 10;
     return sample;
   }
-  /// From now on the last digit of the sensor is not still.
+  /// Keeps the last digit of the sensor from being still, from now on.
   void tremble() { trembles_n_ = 1e-5; }
   TickRecord tick(hal::RigSample sample) {
     sample.tick = ticks_++;
