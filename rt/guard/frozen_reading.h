@@ -7,10 +7,10 @@
 
 namespace hapticd::rt {
 
-/// Whether a force sensor repeats an old value in samples that are new. No two means of a reading that trembles
-/// are equal to a millionth of a newton; one that is filtered so far that it does not is never taken for frozen.
-/// A tool at rest says nothing either: the tip must have moved meanwhile, by a little under a load, by more in
-/// free air.
+/// Whether a force sensor repeats an old value in samples that are new. No two means of a reading that
+/// trembles are equal to a millionth of a newton; one that is filtered so far that it does not is never taken
+/// for frozen. A tool at rest says nothing either: the tip must have moved meanwhile, by a little under a
+/// load, by more in free air.
 class FrozenReading {
  public:
   /// Takes one sample, `interval_s` after the one before. `loaded`: the sensor bore a load of late. Returns
@@ -18,7 +18,7 @@ class FrozenReading {
   bool update(const hal::RigSample& sample, double interval_s, bool loaded) noexcept {
     const hal::Vector3 change_n = sample.sensor_force_n - force_n_;
     if (exceeds(change_n, kSameN)) [[likely]] {
-      follow_trembling(change_n);
+      if (!trembles_) follow_trembling(change_n);
       force_n_ = sample.sensor_force_n;
       tip_mm_ = sample.tip_position_mm;
       same_s_ = 0.0;
@@ -38,7 +38,7 @@ class FrozenReading {
   /// Noise turns back at two of three readings, what a hand does at few: counts turns against the rest.
   void follow_trembling(const hal::Vector3& change_n) noexcept {
     turns_ = std::clamp(turns_ + (dot(change_n, change_n_) < 0.0 ? kPerTurn : -1), 0, kTrembles);
-    trembles_ = trembles_ || turns_ == kTrembles;
+    trembles_ = turns_ == kTrembles;
     change_n_ = change_n;
   }
 
