@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <google/protobuf/stubs/logging.h>
 #include <grpc/support/log.h>
+#include <spdlog/async.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
@@ -17,6 +18,11 @@ namespace {
 
 using namespace hapticd;
 
+/// Lines of the log that may wait for a reader; beyond that the oldest are dropped.
+constexpr std::size_t kMaxLogLines = 1024;
+/// Time in which the console ends, whatever does not end by itself: a log that is not read, say.
+constexpr unsigned kEndWithinS = 3;
+
 /// Lets go of the terminal or program that waits, once all it waits for has been said: a program that goes on
 /// in the background holds no pipe open.
 void let_go_of_terminal() {
@@ -29,7 +35,9 @@ int run(int argc, char** argv) {
   int exit_code = 0;
   const auto options = console::read_options(argc, argv, exit_code);
   if (!options) return exit_code;
-  spdlog::set_default_logger(spdlog::stderr_logger_st("hapticd-console"));
+  // A thread writes the lines: a reader that does not read (a terminal, a pipe) must hold up no page.
+  spdlog::init_thread_pool(kMaxLogLines, 1);
+  spdlog::set_default_logger(spdlog::create_async_nb<spdlog::sinks::stderr_sink_mt>("hapticd-console"));
   spdlog::set_pattern("[%Y-%m-%d %H:%M:%S.%e] %l: %v");
   // What a page or a daemon sends must not fill the log.
   google::protobuf::SetLogHandler(nullptr);
@@ -43,6 +51,8 @@ int run(int argc, char** argv) {
     if (options->is_personal) return let_go_of_terminal();
     sd_notifyf(0, "READY=1\nSTATUS=serves %s", server.url().c_str());
   });
+  std::signal(SIGALRM, [](int) { _exit(0); });
+  alarm(kEndWithinS);
   sd_notify(0, "STOPPING=1");
   return 0;
 }

@@ -50,10 +50,10 @@ def start_console(tmp_path: Path) -> Iterator[Callable[..., Console]]:
     consoles: list[Console] = []
     numbers = itertools.count()
 
-    def start(*options: str, port: int = 0, server: str = "") -> Console:
+    def start(*options: str, port: int = 0, server: str = "", errors: Optional[int] = None) -> Console:
         place = tmp_path / f"console_{next(numbers)}"
         place.mkdir()
-        consoles.append(Console(place, server or f"unix:{socket_of(tmp_path)}", *options, port=port))
+        consoles.append(Console(place, server or f"unix:{socket_of(tmp_path)}", *options, port=port, errors=errors))
         return consoles[-1]
 
     yield start

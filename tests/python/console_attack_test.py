@@ -274,6 +274,31 @@ def test_pages_that_do_not_read_take_little_memory(daemon: Any, console: Any) ->
     assert resident_mb() - before_mb < 100.0
 
 
+def test_a_log_that_nobody_reads_stops_no_page(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    # Its reader takes nothing, and it is full.
+    reader, errors = os.pipe()
+    os.set_blocking(errors, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(errors, b"x" * 4096)
+    os.set_blocking(errors, True)
+    options = ("--scene", "tap_1d", "--model-store", ":memory:", *configuration(tmp_path))
+    daemon = start_daemon(*options)
+    console = start_console(errors=errors)
+    visitor = Visitor(daemon, console)
+    daemon.end()
+    while visitor.rpc("RigService/GetRigState")[0] != 503 or Socket(visitor.port, visitor.cookie).status != 503:
+        time.sleep(0.1)  # until the console has seen it, and says so
+    daemon = start_daemon(*options)
+    while Socket(visitor.port, visitor.cookie).status != 101:
+        time.sleep(0.1)
+    assert visitor.rpc("SafetyService/Stop")[0] == 200
+    console.process.send_signal(signal.SIGTERM)
+    assert console.process.wait(timeout=30) == 0
+    os.close(reader)
+    os.close(errors)
+
+
 def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any, console: Any) -> None:
     resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
     visitor = Visitor(daemon, console)

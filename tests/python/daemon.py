@@ -8,7 +8,7 @@ import signal
 import subprocess
 import time
 from pathlib import Path
-from typing import Union
+from typing import Optional, Union
 
 BINARIES = Path(os.environ.get("HAPTICD_BINARIES", "build/release/bin"))
 
@@ -16,11 +16,11 @@ BINARIES = Path(os.environ.get("HAPTICD_BINARIES", "build/release/bin"))
 class Program:
     """A process that says where it listens."""
 
-    def __init__(self, log: Path, command: list[Union[str, Path]], says: str) -> None:
-        """says: a pattern whose first group is the place."""
+    def __init__(self, log: Path, command: list[Union[str, Path]], says: str, errors: Optional[int] = None) -> None:
+        """says: a pattern whose first group is the place. errors: a descriptor in the place of the log, for the standard error."""
         self.log = log
         with log.open("wb") as output:
-            self.process = subprocess.Popen(command, stdout=output, stderr=output)
+            self.process = subprocess.Popen(command, stdout=output, stderr=output if errors is None else errors)
         self.place = self.await_log(says)
 
     def await_log(self, pattern: str) -> str:
@@ -55,9 +55,9 @@ class Daemon(Program):
 class Console(Program):
     """hapticd-console for all who sign in, and where its page is."""
 
-    def __init__(self, folder: Path, server: str, *options: str, port: int = 0) -> None:
+    def __init__(self, folder: Path, server: str, *options: str, port: int = 0, errors: Optional[int] = None) -> None:
         """server: the daemon, as "unix:PATH". options that name another address take the place of the page's."""
         address = () if any(one.startswith("--listen") for one in options) else ("--listen", f"127.0.0.1:{port}")
         command = [BINARIES / "hapticd-console", "--server", server, *address, *options]
-        super().__init__(folder / "console.log", command, r"listens on https?://127.0.0.1:(\d+)")
+        super().__init__(folder / "console.log", command, r"listens on https?://127.0.0.1:(\d+)", errors)
         self.port = int(self.place)
