@@ -265,7 +265,8 @@ void ConsoleServer::run(const std::function<void()>& ready) {
   state_->look();
   while (!state_->context.stopped()) {
     try {
-      state_->context.run();
+      // Rows for pages come when there is nothing else to do: a stop waits for those of one page at most.
+      if (state_->context.poll() == 0 && !state_->shared->send_next_rows()) state_->context.run_one();
     } catch (const std::exception& error) {  // of one connection, e.g. out of memory
       spdlog::error("a request failed: {}", error.what());
     }

@@ -63,16 +63,12 @@ bool ConsoleShared::make_place_for(const std::string& identity) {
   return true;
 }
 
-void ConsoleShared::send_rows_later(std::weak_ptr<SocketSession> page, std::uint64_t tap) {
-  due_rows.emplace_back(std::move(page), tap);
-  if (due_rows.size() == 1) post([this] { send_next_rows(); });
-}
-
-void ConsoleShared::send_next_rows() {
-  const auto [page, tap] = due_rows.front();
-  if (const auto session = page.lock()) session->send_rows(tap);
+bool ConsoleShared::send_next_rows() {
+  if (due_rows.empty()) return false;
+  const auto [page, tap] = std::move(due_rows.front());
   due_rows.pop_front();
-  if (!due_rows.empty()) post([this] { send_next_rows(); });
+  if (const auto session = page.lock()) session->send_rows(tap);
+  return true;
 }
 
 void ConsoleShared::limit_queued() {

@@ -42,8 +42,9 @@ struct ConsoleShared {
   std::map<std::string, RequestRate> rates;                   ///< by identity
   std::map<std::string, std::weak_ptr<TelemetryFeed>> feeds;  ///< by identity and certificate
   std::list<std::weak_ptr<SocketSession>> sockets;
-  std::size_t queued_bytes = 0;                                                   ///< for all pages
-  std::deque<std::pair<std::weak_ptr<SocketSession>, std::uint64_t>> due_rows{};  ///< pages and their taps
+  std::size_t queued_bytes = 0;  ///< for all pages
+  std::deque<std::pair<std::weak_ptr<SocketSession>, std::uint64_t>>
+      due_rows{};  ///< pages and their taps, in turn
   RequestRate strangers{50.0};
   std::chrono::steady_clock::time_point last_used{};  ///< by a browser that is signed in
 
@@ -57,14 +58,10 @@ struct ConsoleShared {
   /// identity that has the most gives way, so that no identity can take them all; false if no other one
   /// has more.
   bool make_place_for(const std::string& identity);
-  /// Has a page send the rows of a tap when it is its turn: one after the other, with everything else in
-  /// between. Rows for all pages at once kept a stop waiting.
-  void send_rows_later(std::weak_ptr<SocketSession> page, std::uint64_t tap);
+  /// Has the page whose turn it is send the rows of a tap; false if none is due.
+  bool send_next_rows();
   /// Ends the page for which most is queued, if it is too much for all together.
   void limit_queued();
-
- private:
-  void send_next_rows();
 };
 
 }  // namespace hapticd::console

@@ -24,8 +24,6 @@ constexpr std::uint64_t kMaxTapCredits = 4;
 constexpr std::size_t kMaxColumns = 256;
 /// Numbers in a message of rows; what would be more comes in pairs of rows.
 constexpr std::size_t kMaxCells = 65'536;
-/// Rows that are sent at once; more take so long that others have their turn before.
-constexpr std::size_t kFewRows = 64;
 /// Bytes above which streams wait; far above it the connection ends.
 constexpr std::size_t kBusyBytes = 1U << 20U;
 constexpr std::size_t kMaxQueuedBytes = 16U << 20U;
@@ -266,9 +264,8 @@ void SocketSession::feed_changed(std::uint64_t id) {
   const RowRing* ring = tap.feed->ring();
   if (ring == nullptr || (!tap.is_announced && !announce(id, tap))) return;
   if (tap.is_due || tap.credits == 0 || ring->end() == tap.reader.next) return;
-  if (ring->end() - tap.reader.next <= kFewRows) return send_rows(id);
   tap.is_due = true;
-  shared_->send_rows_later(weak_from_this(), id);
+  shared_->due_rows.emplace_back(weak_from_this(), id);
 }
 
 void SocketSession::send_rows(std::uint64_t id) {

@@ -35,9 +35,11 @@ void append_pair(const RowRing& ring, const std::vector<std::size_t>& columns, s
     const auto row = ring.row(number);
     for (std::size_t i = 0; i < width; ++i) {
       const double value = row[columns[i]];
-      // fmin and fmax pass over NaN.
-      out[place + i] = std::fmin(out[place + i], value);
-      out[place + width + i] = std::fmax(out[place + width + i], value);
+      double& least = out[place + i];
+      double& most = out[place + width + i];
+      // As fmin() and fmax(), which pass over NaN, but are calls.
+      if (value < least || std::isnan(least)) least = value;
+      if (value > most || std::isnan(most)) most = value;
     }
   }
 }
