@@ -31,6 +31,7 @@
 #include "server/process/system_clock.h"
 #include "server/process/version.h"
 #include "server/recording/event_board.h"
+#include "server/recording/exporter.h"
 #include "server/recording/flight/flight_recorder.h"
 #include "server/recording/guard_watch.h"
 #include "server/recording/recorder.h"
@@ -82,6 +83,7 @@ struct Daemon::Parts {
       return of_watchdog ? missing_words(watchdog.views()) : std::string();
     });
     scenes.know_zero_by([this] { return biases.zero_in_force(); });
+    identifications.recordings().keep_free(kRoomFactor * config.recording.keep_free_mb);
     scenes.know_calibration_by([this] { return calibration_store.adopted().get(); });
     turntable.on_motion(notes.of(recording::EventKind::kTurntable));
     identifications.on_end(notes.of(recording::EventKind::kIdentification));

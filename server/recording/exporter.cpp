@@ -16,8 +16,8 @@
 #include <optional>
 #include <utility>
 
+#include "hal/recording/free_disk.h"
 #include "proto/text/json_depth.h"
-#include "server/recording/recording_folder.h"
 #include "server/text/toml_text.h"
 #include "server/text/utf8_text.h"
 
@@ -63,8 +63,6 @@ Refusal refusal_of(const std::string& words, int status) {
   return cannot_export("the export failed", end + ": " + shortened(repaired_utf8(words), 500), "");
 }
 
-/// An export ends when so many times keep_free_mb are left: it must not be what ends a recording.
-constexpr double kRoomFactor = 2.0;
 constexpr std::size_t kMaxExportedColumns = 1000;
 constexpr std::size_t kMaxColumnName = 200;
 
@@ -171,7 +169,7 @@ Outcome<TemporaryExport> export_recording(const std::string& recording, const st
                                           double keep_free_mb, const ExportOrder& order,
                                           const Caller& caller) {
   if (auto refusal = check_columns(order)) return *refusal;
-  const auto has_room = [&] { return free_disk_mb(folder) >= kRoomFactor * keep_free_mb; };
+  const auto has_room = [&] { return recording::free_disk_mb(folder) >= kRoomFactor * keep_free_mb; };
   if (!has_room()) return no_room(keep_free_mb);
   // Made here: a name that someone else has put there is not written through.
   std::string path = folder + "/export-XXXXXX.part";

@@ -19,6 +19,9 @@ struct ExportOrder {
   std::uint32_t decimation = 1;
 };
 
+/// Exports and uploads leave so many times [recording] keep_free_mb: they must not be what ends a recording.
+inline constexpr double kRoomFactor = 2.0;
+
 /// A file that is deleted with this object.
 class TemporaryExport {
  public:

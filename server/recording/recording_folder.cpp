@@ -1,16 +1,15 @@
 #include "server/recording/recording_folder.h"
 
 #include <fmt/format.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <limits>
 #include <utility>
 
+#include "hal/recording/free_disk.h"
 #include "hal/recording/recording_file.h"
 
 namespace hapticd::server {
@@ -139,7 +138,7 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept, do
                 "\"remove_oldest\"");
   }
   while (limits_.keep_free_mb + first_mb > 0.0) {
-    const double free_mb = free_disk_mb(path_);
+    const double free_mb = recording::free_disk_mb(path_);
     if (free_mb >= limits_.keep_free_mb + first_mb) break;
     if (remove_oldest()) continue;
     return hal::Error::of(
@@ -148,12 +147,6 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept, do
         limits_.keep_free_mb > 0.0 ? "make room there, or keep less free" : "make room there");
   }
   return std::nullopt;
-}
-
-double free_disk_mb(const std::string& folder) {
-  struct statvfs disk {};
-  if (statvfs(folder.c_str(), &disk) != 0) return std::numeric_limits<double>::infinity();
-  return static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / kMb;
 }
 
 }  // namespace hapticd::server

@@ -11,9 +11,6 @@
 
 namespace hapticd::server {
 
-/// Space that is free on the disk of a folder, in 10⁶ bytes; infinite if the system does not say.
-double free_disk_mb(const std::string& folder);
-
 /// A folder of recordings that hapticd names itself, and what may be in it. Any thread.
 class RecordingFolder {
  public:

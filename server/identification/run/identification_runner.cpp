@@ -203,7 +203,8 @@ std::optional<Refusal> IdentificationRunner::prepare_live(Run& run) {
   }
   run.identification = make_identification(run.request.task, run.view->rig_info());
   if (store_.in_memory()) return std::nullopt;
-  auto kept = ObservationFile::create(store_.path() + ".data/" + run.id + ".csv", rig.has_external_position);
+  auto kept = ObservationFile::create(store_.path() + ".data/" + run.id + ".csv", rig.has_external_position,
+                                      shelf_.keep_free_mb());
   if (kept) {
     run.kept.emplace(std::move(*kept));
   } else {

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <system_error>
 
+#include "hal/recording/free_disk.h"
+
 namespace hapticd::server {
 
 namespace {
@@ -20,7 +22,7 @@ constexpr const char* kExternalHeader = ",external_x_mm,external_y_mm,external_z
 }  // namespace
 
 hal::Result<ObservationFile> ObservationFile::create(const std::filesystem::path& path,
-                                                     bool has_external_position) {
+                                                     bool has_external_position, double keep_free_mb) {
   std::error_code failure;
   std::filesystem::create_directories(path.parent_path(), failure);
   auto opened = recording::AppendFile::open_or_create(path.string());
@@ -29,7 +31,7 @@ hal::Result<ObservationFile> ObservationFile::create(const std::filesystem::path
     failed->what = "the data of the identification cannot be kept: " + failed->what;
     return *failed;
   }
-  ObservationFile file(std::move(*opened), has_external_position);
+  ObservationFile file(std::move(*opened), has_external_position, keep_free_mb);
   file.write(kHeader);
   if (has_external_position) file.write(kExternalHeader);
   file.write("\n");
@@ -43,6 +45,11 @@ void ObservationFile::write(const std::string& text) {
 }
 
 void ObservationFile::flush() {
+  const std::string folder = std::filesystem::path(file_.path()).parent_path().string();
+  if (!failure_ && recording::free_disk_mb(folder) < keep_free_mb_) {
+    failure_ = hal::Error{"the disk is nearly full", folder, "",
+                          fmt::format("{:g} MB stay free", keep_free_mb_), "make room there"};
+  }
   if (!failure_) failure_ = file_.append(waiting_);
   waiting_.clear();
 }

@@ -20,8 +20,9 @@ namespace hapticd::server {
 class ObservationFile {
  public:
   /// Makes folder and file, in place of one that an identification without an end has left; an error says why
-  /// there is none.
-  static hal::Result<ObservationFile> create(const std::filesystem::path& path, bool has_external_position);
+  /// there is none. `keep_free_mb`: its disk is not filled further than that.
+  static hal::Result<ObservationFile> create(const std::filesystem::path& path, bool has_external_position,
+                                             double keep_free_mb = 0.0);
 
   /// Adds an observation. A sample whose time does not advance by a microsecond is left out: no recording can
   /// be read that has one.
@@ -31,8 +32,8 @@ class ObservationFile {
   void discard();
 
  private:
-  ObservationFile(recording::AppendFile file, bool has_external_position)
-      : file_(std::move(file)), has_external_position_(has_external_position) {}
+  ObservationFile(recording::AppendFile file, bool has_external_position, double keep_free_mb)
+      : file_(std::move(file)), has_external_position_(has_external_position), keep_free_mb_(keep_free_mb) {}
   void write(const std::string& text);
   void flush();
 
@@ -40,6 +41,7 @@ class ObservationFile {
   std::optional<hal::Error> failure_;  ///< of the first write that failed: none follows it
   std::string waiting_;                ///< not written yet
   bool has_external_position_;
+  double keep_free_mb_;
   std::int64_t last_us_ = std::numeric_limits<std::int64_t>::min();
   std::unique_ptr<Sha256Stream> digest_ = std::make_unique<Sha256Stream>();
   std::string row_;

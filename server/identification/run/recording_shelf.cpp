@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "hal/recording/free_disk.h"
 #include "hal/replay/table_file.h"
 #include "server/text/suggestion.h"
 
@@ -13,7 +14,7 @@ namespace {
 
 Refusal cannot_keep(const hal::Error& error) {
   return {RefusalKind::kResourceExhausted,
-          {"the recording cannot be kept: " + error.what, error.where, error.value, "",
+          {"the recording cannot be kept: " + error.what, error.where, error.value, error.limit,
            "make room there, or set TMPDIR to a folder that has some"}};
 }
 
@@ -26,6 +27,11 @@ std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
                    {"the recording is too large", recording_->description.name,
                     fmt::format("more than {} bytes", kMaxBytes), fmt::format("up to {} bytes", kMaxBytes),
                     "cut it, or leave out columns that are not needed"}};
+  }
+  const std::string& folder = recording_->file.folder();
+  if (const double free_mb = recording::free_disk_mb(folder); free_mb < keep_free_mb_) {
+    return cannot_keep({"the disk is nearly full", folder, fmt::format("{:.1f} MB are free", free_mb),
+                        fmt::format("{:g} MB stay free", keep_free_mb_), ""});
   }
   if (const auto error = recording_->file.append(bytes)) return cannot_keep(*error);
   digest_.add(bytes);
@@ -41,7 +47,7 @@ Outcome<std::unique_ptr<RecordingShelf::Upload>> RecordingShelf::begin(
     const RecordingDescription& description, double normal_force_n) {
   auto file = UnnamedFile::create();
   if (!file) return cannot_keep(file.error());
-  std::unique_ptr<Upload> upload(new Upload(std::move(*file)));
+  std::unique_ptr<Upload> upload(new Upload(std::move(*file), keep_free_mb_));
   ShelvedRecording& recording = *upload->recording_;
   {
     const MutexLock lock(mutex_);

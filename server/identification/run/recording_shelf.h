@@ -37,25 +37,31 @@ class RecordingShelf {
   /// Upload under way; dropped, it leaves nothing behind.
   class Upload {
    public:
-    /// Appends; refused if it grows too large or the disk is full.
+    /// Appends; refused if it grows too large or leaves too little of the disk.
     std::optional<Refusal> append(std::string_view bytes);
 
    private:
     friend class RecordingShelf;
-    explicit Upload(UnnamedFile file) : recording_(std::make_shared<ShelvedRecording>(std::move(file))) {}
+    Upload(UnnamedFile file, double keep_free_mb)
+        : recording_(std::make_shared<ShelvedRecording>(std::move(file))), keep_free_mb_(keep_free_mb) {}
     std::shared_ptr<ShelvedRecording> recording_;
+    const double keep_free_mb_;
     Sha256Stream digest_;
     std::uint64_t bytes_ = 0;
     char last_ = '\n';
     bool line_counts_ = false;
   };
 
+  /// Sets what is to stay free of the disk of $TMPDIR. Call it before the first upload.
+  void keep_free(double mb) { keep_free_mb_ = mb; }
+  double keep_free_mb() const { return keep_free_mb_; }
   Outcome<std::unique_ptr<Upload>> begin(const RecordingDescription& description, double normal_force_n);
   /// Puts it into the store of recordings; the oldest makes room.
   Outcome<std::shared_ptr<const ShelvedRecording>> finish(std::unique_ptr<Upload> upload);
   Outcome<std::shared_ptr<const ShelvedRecording>> find(const std::string& id) const;
 
  private:
+  double keep_free_mb_ = 0.0;
   mutable Mutex mutex_;
   std::uint64_t uploads_ GUARDED_BY(mutex_) = 0;
   std::deque<std::shared_ptr<const ShelvedRecording>> shelf_ GUARDED_BY(mutex_);

@@ -14,6 +14,7 @@ class UnnamedFile {
  public:
   /// Makes a file in $TMPDIR, else in /tmp; the error names the folder and what the system says.
   static hal::Result<UnnamedFile> create();
+  const std::string& folder() const { return folder_; }
   UnnamedFile(UnnamedFile&& other) noexcept;
   UnnamedFile& operator=(UnnamedFile&& other) noexcept;
   ~UnnamedFile();

@@ -36,6 +36,30 @@ TEST(ObservationFile, HoldsEveryRowAndNothingOfAnEarlierOne) {
   EXPECT_EQ(lines_of(path), 1U + kRows);
 }
 
+TEST(ObservationFile, LeavesRoomOnItsDisk) {
+  const hapticd::test::TemporaryFolder folder;
+  constexpr double kMoreThanThereIsMb = 1e12;
+  auto file = hapticd::test::value_of(
+      ObservationFile::create(folder.path("contact-1.csv"), false, kMoreThanThereIsMb));
+  file.add({});
+  const auto kept = file.finish();
+  ASSERT_FALSE(kept);
+  EXPECT_NE(kept.error().what.find("the disk is nearly full"), std::string::npos);
+  EXPECT_EQ(fs::file_size(folder.path("contact-1.csv")), 0U);
+}
+
+TEST(RecordingShelf, LeavesRoomOnItsDisk) {
+  RecordingShelf shelf;
+  constexpr double kMoreThanThereIsMb = 1e12;
+  shelf.keep_free(kMoreThanThereIsMb);
+  const auto upload = shelf.begin({.name = "presses.csv", .columns = {}}, 0.0);
+  ASSERT_TRUE(upload);
+  const auto refused = (*upload)->append("time_s,force_N,position_mm\n");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->kind, RefusalKind::kResourceExhausted);
+  EXPECT_EQ(refused->error.what, "the recording cannot be kept: the disk is nearly full");
+}
+
 TEST(ObservationFile, IsWrittenThroughNoLinkAndIntoNoPipe) {
   const hapticd::test::TemporaryFolder folder;
   const std::string precious = folder.write("precious", "kept");
