@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <utility>
 
 #include "hal/recording/free_disk.h"
@@ -19,6 +20,12 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kEnding = ".mcap";
 constexpr double kMb = 1e6;
+
+/// "stopped" of "00007_20260102T030405Z_stopped".
+std::string name_of_id(const std::string& id) {
+  const std::size_t end_of_time = id.find("Z_");
+  return end_of_time == std::string::npos ? std::string() : id.substr(end_of_time + 2);
+}
 
 }  // namespace
 
@@ -111,11 +118,25 @@ double RecordingFolder::used_mb() const {
 std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept, double first_mb) const {
   std::vector<File> all = files();
   double used_mb = this->used_mb();
-  const auto oldest_other = [&] {
-    return std::find_if(all.begin(), all.end(), [&](const File& file) { return file.id != kept; });
+  const auto goes_first = [&](const std::string& id) {
+    return !limits_.goes_first.empty() && name_of_id(id) == limits_.goes_first;
+  };
+  const auto next_to_go = [&] {
+    std::map<std::string, std::uint64_t> taken;  // bytes, by name
+    const auto weight = [&](const File& file) -> std::uint64_t& {
+      return taken[limits_.goes_first.empty() ? "" : name_of_id(file.id)];
+    };
+    for (const File& file : all) weight(file) += file.bytes;
+    if (!limits_.goes_first.empty()) taken[limits_.goes_first] = UINT64_MAX;
+    auto chosen = all.end();
+    for (auto file = all.begin(); file != all.end(); ++file) {
+      if (file->id == kept || (goes_first(kept) && !goes_first(file->id))) continue;
+      if (chosen == all.end() || weight(*file) > weight(*chosen)) chosen = file;
+    }
+    return chosen;
   };
   const auto remove_oldest = [&] {
-    const auto oldest = oldest_other();
+    const auto oldest = next_to_go();
     if (limits_.when_full != WhenFull::kRemoveOldest || oldest == all.end()) return false;
     if (remove(oldest->id)) return false;
     used_mb -= static_cast<double>(oldest->bytes) / kMb;
@@ -127,7 +148,7 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept, do
   const bool ever_fits = first_mb <= limits_.quota_mb;  // else none is deleted for it
   while (used_mb + first_mb > limits_.quota_mb) {
     if (ever_fits && remove_oldest()) continue;
-    const bool alone = !ever_fits || oldest_other() == all.end();
+    const bool alone = !ever_fits || next_to_go() == all.end();
     return hal::Error::of(
         hal::ErrorCode::kFull,
         alone ? "the quota is too small for this recording" : "the quota of recordings is used up",

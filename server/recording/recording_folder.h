@@ -19,6 +19,9 @@ class RecordingFolder {
     WhenFull when_full = WhenFull::kStop;
     double keep_free_mb = 0.0;
     std::string quota_key;  ///< for errors: "[recording] quota_mb"
+    /// Name of the files that make room before all others, and for which no other does. Of the others one of
+    /// the name that takes most makes room. Empty: the oldest does.
+    std::string goes_first{};
   };
   RecordingFolder(std::string path, Limits limits) : path_(std::move(path)), limits_(std::move(limits)) {}
 

@@ -33,6 +33,7 @@ constexpr auto kRingNs = static_cast<std::int64_t>(1e9 * FlightRecorder::kRingS)
 constexpr std::size_t kMaxRequest = 1024;
 constexpr std::uint32_t kRecordsAtOnce = 2048;
 constexpr double kQueueS = 10.0;
+constexpr const char* kRequested = "requested";
 
 std::uint64_t ticks_in(double seconds, double rate_hz) {
   return static_cast<std::uint64_t>(std::llround(seconds * rate_hz));
@@ -41,7 +42,7 @@ std::uint64_t ticks_in(double seconds, double rate_hz) {
 /// Weight of an incident: of causes that come one after another, the one that names it.
 int weight_of(const Incident& incident) {
   if (incident.cause == "overrun") return 0;
-  return incident.cause == "requested" ? 1 : 2;
+  return incident.cause == kRequested ? 1 : 2;
 }
 
 }  // namespace
@@ -52,8 +53,8 @@ FlightRecorder::FlightRecorder(TelemetryHub& hub, EventBoard& board, const Recor
       board_(board),
       sources_(sources),
       config_(config),
-      folder_(config.folder + "/incidents",
-              {config.incident_quota_mb, WhenFull::kRemoveOldest, 0.0, "[recording] incident_quota_mb"}),
+      folder_(config.folder + "/incidents", {config.incident_quota_mb, WhenFull::kRemoveOldest, 0.0,
+                                             "[recording] incident_quota_mb", kRequested}),
       table_(sources.columns, sources.channels) {}
 
 FlightRecorder::~FlightRecorder() {
@@ -230,7 +231,7 @@ void FlightRecorder::take_records() {
     request.time_ns = last_time_ns_;
     request.unix_ns = read_clocks().utc_ns;
     events_.push_back(request);
-    begin_incident(incident_of(request, "requested"));
+    begin_incident(incident_of(request, kRequested));
   }
   while (!events_.empty() && events_.front().time_ns < last_time_ns_ - kRingNs) events_.pop_front();
   for (; events_.size() > kMaxEvents; events_.pop_front()) left_out_ns_ = events_.front().time_ns;
@@ -347,7 +348,7 @@ void FlightRecorder::run_writer() {
 void FlightRecorder::write(const Incident& incident, const FlightRing& ring, const FlightRing::Notes& notes) {
   const std::string path = folder_.new_path(incident.unix_ns, incident.cause);
   const std::string id = std::filesystem::path(path).stem().string();
-  if (const auto full = folder_.make_room("")) log_warning("flight recorder: " + full->text());
+  if (const auto full = folder_.make_room(id)) log_warning("flight recorder: " + full->text());
   if (const auto error = write_incident(incident, ring, sources_, notes, path)) {
     log_error("incident '" + id + "' could not be written whole: " + error->text());
   }

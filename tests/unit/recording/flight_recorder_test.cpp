@@ -289,6 +289,35 @@ TEST_F(FlightRecorderTest, TheOldestIncidentsMakeRoom) {
   EXPECT_EQ(flight().list()->front().cause, "stopped");
 }
 
+// A client that requested incidents, or stopped, again and again filled the folder until that of a fault was
+// gone.
+TEST_F(FlightRecorderTest, WhatClientsCauseMakesRoomBeforeFaults) {
+  config_.incident_quota_mb = 0.25;
+  const std::string incidents = config_.folder + "/incidents/";
+  fs::create_directories(incidents);
+  const auto put = [&](const std::string& id) {
+    std::ofstream(incidents + id + ".mcap") << std::string(100'000, 'x');
+  };
+  const auto is_there = [&](const std::string& id) { return fs::exists(incidents + id + ".mcap"); };
+  put("00001_20260101T000000Z_sensor_stale");
+  put("00002_20260101T000000Z_stopped");
+  put("00003_20260101T000000Z_stopped");
+  flight();
+  flown(300);
+  ASSERT_FALSE(flight().request("again and again", "user:otto"));
+  flown(kAfterTicks + 50);
+  ASSERT_TRUE(await([this] { return flight().last().has_value(); }));
+  const std::string requested = flight().last()->id;
+  ASSERT_TRUE(requested.ends_with("Z_requested"));
+  EXPECT_EQ(flight().list()->size(), 4U) << "it takes the place of none";
+  engine_.stop();
+  flown(kAfterTicks + 50);
+  ASSERT_TRUE(await([this] { return flight().last()->id.ends_with("_stopped"); }));
+  ASSERT_TRUE(await([&] { return !is_there("00002_20260101T000000Z_stopped"); }));
+  EXPECT_FALSE(is_there(requested));
+  EXPECT_TRUE(is_there("00001_20260101T000000Z_sensor_stale")) << "its cause does not take most";
+}
+
 TEST_F(FlightRecorderTest, WithoutAFolderItIsOffAndSaysSo) {
   config_.folder.clear();
   EXPECT_FALSE(flight().is_on());
