@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 
 #include "hapticd/v1/calibration.grpc.pb.h"
@@ -43,7 +42,7 @@ class CalibrationService final : public v1::CalibrationService::Service {
  private:
   CalibrationRunner& runner_;
   SharedPlaces watchers_{kMaxWatchers};
-  std::atomic<int> pushers_{0};
+  SharedPlaces pushers_{kMaxPushers + 1, kMaxPushers};  ///< the last one is for another client
 };
 
 }  // namespace hapticd::server

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 
 #include "hapticd/v1/identification.grpc.pb.h"
@@ -40,7 +39,7 @@ class IdentificationService final : public v1::IdentificationService::Service {
  private:
   IdentificationRunner& runner_;
   SharedPlaces watchers_{kMaxWatchers};
-  std::atomic<int> uploads_{0};
+  SharedPlaces uploads_{kMaxUploads};
 };
 
 }  // namespace hapticd::server

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <atomic>
-
 #include "hapticd/v1/access.grpc.pb.h"
 #include "server/grpc/calls/counted_call.h"
 
@@ -36,7 +34,7 @@ class LeaseService final : public v1::LeaseService::WithCallbackMethod_RenewLeas
  private:
   LeaseDesk& desk_;
   SharedPlaces watchers_{kMaxWatchers};
-  std::atomic<int> takers_{0};
+  SharedPlaces takers_{kMaxTakers};
 };
 
 }  // namespace hapticd::server

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <atomic>
-
 #include "hal/lock/mutex.h"
 #include "hapticd/v1/scene.grpc.pb.h"
+#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -24,8 +23,8 @@ class SceneService final : public v1::SceneService::Service {
 
  private:
   SceneHost& scenes_;
-  std::atomic<int> loads_{0};
-  std::atomic<int> explanations_{0};
+  SharedPlaces loads_{8};
+  SharedPlaces explanations_{kMaxSlowCalls};
   SerialMutex measuring_;  ///< one cost at a time: two at once would disturb each other
 };
 
