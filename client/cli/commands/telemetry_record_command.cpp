@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/plot/recording.h"
@@ -17,6 +18,8 @@ namespace {
 
 /// Enough for a disk that stalls: 60 s at 1 kHz.
 constexpr std::uint32_t kRecorderQueue = 60000;
+/// Silence after which the daemon is asked whether what it replays has ended.
+constexpr std::chrono::milliseconds kAskAfter{500};
 
 struct RecordOptions {
   StreamOptions stream;
@@ -79,8 +82,19 @@ void record(const RecordOptions& options, Session& session) {
     next_progress += std::chrono::milliseconds(250);
     write_frame(fmt::format("\r{} samples ", recording.samples()));
   };
+  bool has_ended = false;
+  std::uint64_t samples = 0;
+  auto ask_at = std::chrono::steady_clock::now() + kAskAfter;
+  const auto replay_has_ended = [&] {
+    const auto now = std::chrono::steady_clock::now();
+    const bool is_silent = recording.samples() == std::exchange(samples, recording.samples());
+    if (is_silent && now >= ask_at) has_ended = client.rig_state().rig_exhausted();
+    if (!is_silent || now >= ask_at) ask_at = now + kAskAfter;
+    return has_ended;
+  };
   const FollowResult result = follow(
-      stream, options.stream.decimation, {.seconds = options.stream.seconds, .samples = options.samples},
+      stream, options.stream.decimation,
+      {.seconds = options.stream.seconds, .samples = options.samples, .enough = replay_has_ended},
       [&recording](const v1::TelemetrySample& sample) { recording.add(sample); }, on_idle);
   recording.finish(result.account);
   if (live) write_frame("\r");
@@ -88,11 +102,14 @@ void record(const RecordOptions& options, Session& session) {
   if (result.account.samples() == 0 || !result.account.complete()) session.exit_code = ExitCode::kGaps;
   if (result.end == StreamEnd::kSilent) session.exit_code = ExitCode::kUnreachable;
   if (session.json) {
-    Json document{{"file", options.path}, {"replaced", replaces}, {"end", end_word(result.end)}};
+    Json document{{"file", options.path},
+                  {"replaced", replaces},
+                  {"end", has_ended ? "replay_ended" : end_word(result.end)}};
     document.update(account_json(result.account));
     return print_json(document);
   }
   print_line("{}: {}{}", options.path, account_text(result.account), replaced_words(replaces));
+  if (has_ended) print_line("the recording that is replayed has ended");
   if (result.end == StreamEnd::kSilent)
     print_error_line("hapticctl: ended early, the daemon sent nothing for 5 s");
   if (result.end == StreamEnd::kClosedByDaemon) print_line("the daemon closed the stream");

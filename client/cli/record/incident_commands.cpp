@@ -1,5 +1,6 @@
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <vector>
@@ -21,6 +22,8 @@ namespace {
 constexpr auto kIncident = v1::RECORDING_KIND_INCIDENT;
 constexpr double kShownBeforeS = 1.0;
 constexpr double kShownAfterS = 0.1;
+/// Decimation of an incident that is shown without the ticks around its cause: they are lost.
+constexpr std::uint32_t kDecimationOfAll = 10;
 
 struct ShowOptions {
   std::string id;
@@ -47,22 +50,44 @@ v1::RecordingFile find_incident(client::Client& client, const std::string& asked
   throw LocalError("there is no such incident", "ID", id, "", "see hapticctl incident list");
 }
 
-void show_incident(Session& session, const ShowOptions& options) {
-  if (!options.svg.empty()) require_svg_path("--out", options.svg);
-  client::Client client = session.connect();
-  const v1::RecordingFile file = find_incident(client, options.id);
+/// Fetches the ticks around the cause, or if they are lost, some of all; says what is missing.
+std::string fetch(client::Client& client, const v1::RecordingFile& file, const std::string& path) {
   v1::ExportRecordingRequest request;
   request.set_id(file.id());
   request.set_kind(kIncident);
   request.set_format(v1::EXPORT_FORMAT_CSV);
   request.set_from_s(std::max(0.0, file.cause_after_s() - kShownBeforeS));
   request.set_to_s(file.cause_after_s() + kShownAfterS);
+  const auto problem = [&]() -> std::string {
+    try {
+      download(client.export_recording(request), path);
+      return {};
+    } catch (const client::Error& error) {
+      if (error.code() != "INVALID_ARGUMENT") throw;
+      return error.what();
+    }
+  };
+  if (problem().empty())
+    return file.lost_ticks() == 0 ? "" : fmt::format("{} of its ticks are lost", file.lost_ticks());
+  request.clear_from_s();
+  request.clear_to_s();
+  request.set_decimation(kDecimationOfAll);
+  const std::string of_all = problem();
+  return of_all.empty() ? "the ticks around the cause are lost" : "its ticks: " + of_all;
+}
+
+void show_incident(Session& session, const ShowOptions& options) {
+  if (!options.svg.empty()) require_svg_path("--out", options.svg);
+  client::Client client = session.connect();
+  const v1::RecordingFile file = find_incident(client, options.id);
   const TemporaryCsv csv;
-  download(client.export_recording(request), csv.path());
+  const std::string missing = fetch(client, file, csv.path());
   const std::vector<std::string> events = comments(csv.path(), "event at ");
   const std::vector<std::string> remedy = comments(csv.path(), "recording.remedy: ");
   const std::vector<std::string> cause_ns = comments(csv.path(), "recording.cause_time_ns: ");
-  if (!options.svg.empty()) {
+  const bool has_ticks = std::filesystem::exists(csv.path());
+  const bool draws = has_ticks && !options.svg.empty();
+  if (draws) {
     const double cause_s = cause_ns.empty() ? 0.0 : 1e-9 * std::stod(cause_ns.front());
     write_svg(incident_figure(CsvTable::read(csv.path()), file.id(), file.end_reason(), cause_s),
               options.svg);
@@ -71,7 +96,8 @@ void show_incident(Session& session, const ShowOptions& options) {
     Json document = to_json(file);
     document["remedy"] = remedy.empty() ? "" : remedy.front();
     document["events"] = events;
-    if (!options.svg.empty()) document["plot"] = options.svg;
+    document["missing"] = missing;
+    if (draws) document["plot"] = options.svg;
     return print_json(document);
   }
   print_line(recording_line(file));
@@ -79,11 +105,12 @@ void show_incident(Session& session, const ShowOptions& options) {
              file.cause_tick(), file.cause_after_s());
   print_line("cause   {}", file.end_reason());
   if (!remedy.empty() && !remedy.front().empty()) print_line("remedy  {}", remedy.front());
+  if (!missing.empty()) print_line("missing {}", missing);
   for (const std::string& event : events) print_line("event   {}", event);
-  if (options.svg.empty()) {
-    print_line("plot    hapticctl incident show {} --out incident.svg", file.id());
-  } else {
+  if (draws) {
     print_line("plot    {}", options.svg);
+  } else if (has_ticks) {
+    print_line("plot    hapticctl incident show {} --out incident.svg", file.id());
   }
 }
 

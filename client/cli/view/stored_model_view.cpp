@@ -38,7 +38,7 @@ std::string rig_text(const v1::StoredModel& model) {
 std::string validity_text(const v1::StoredModel& model) {
   std::vector<std::string> parts;
   const auto add = [&parts](double value, const char* text, const char* unit) {
-    if (value > 0.0) parts.push_back(fmt::format("{} {:.3g} {}", text, value, unit));
+    if (value > 0.0) parts.push_back(fmt::format("{} {:.6g} {}", text, value, unit));
   };
   add(model.max_displacement_mm(), "down to", "mm");
   add(model.max_force_n(), "up to", "N");
@@ -94,7 +94,7 @@ std::vector<std::string> stored_model_text(const v1::StoredModel& model, const T
   facts.add({"procedure", model.procedure()});
   facts.add({"data", model.data_reference()});
   facts.add({"valid", validity_text(model)});
-  facts.add({"residual", fmt::format("{:.3g} % of rms", 100.0 * model.residual())});
+  facts.add({"residual", fmt::format("{:.6g} % of rms", 100.0 * model.residual())});
   facts.add({"converged", state_text(model, terminal)});
   facts.add({"stored", time_text(model.stored_at_unix_s())});
   facts.add({"tags", tags_text(model)});
@@ -107,7 +107,9 @@ std::vector<std::string> stored_model_text(const v1::StoredModel& model, const T
   for (const v1::EstimatedParameter& parameter : model.parameters()) {
     const UncertainText text =
         parameter_parts(parameter.name(), parameter.value(), parameter.standard_error(), terminal.unicode);
-    parameters.add({parameter.name(), text.value, text.error, unit_text(parameter.unit())});
+    // With an error, as many digits as it takes to compare the value with that of a file.
+    parameters.add({parameter.name(), text.error.empty() ? text.value : value_text(true, parameter.value()),
+                    text.error, unit_text(parameter.unit())});
   }
   for (std::string& line : parameters.lines(terminal)) lines.push_back(std::move(line));
   return lines;

@@ -7,9 +7,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "server/recording/flight/incident.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/child_process.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 namespace {
@@ -173,6 +175,61 @@ TEST_F(RecordCli, ShowsAnIncidentInWordsAndAsAPicture) {
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   EXPECT_NE(text.find("to the device / N"), std::string::npos);
   EXPECT_NE(text.find("tip / mm"), std::string::npos);
+}
+
+TEST_F(RecordCli, ShowsWhatThereIsOfAnIncidentWhoseTicksAreLost) {
+  // Ticks of the first half second; the cause comes 20 s later.
+  constexpr std::int64_t kTicks = 500;
+  const std::vector<recording::Column> columns{
+      {"tick", "1", true}, {"time_ns", "ns", true}, {"force_n", "N", false}};
+  const auto ring = value_of(server::FlightRing::create(folder_.path("r.ring"), columns, kTicks, 1000.0));
+  std::string rows;
+  for (std::int64_t tick = 0; tick < kTicks; ++tick) {
+    recording::put(tick, rows);
+    recording::put(1'000'000 * tick, rows);
+    recording::put(0.5, rows);
+  }
+  demand(ring->write(rows));
+  server::RecordingSources sources;
+  sources.block_schema = sources.event_schema = "schema";
+  server::Incident incident;
+  incident.cause = "sensor_stale";
+  incident.words = "the sensor is silent";
+  incident.remedy = "look at its cable";
+  incident.tick = 20'000;
+  incident.time_ns = 20'000'000'000;
+  const std::string incidents = folder_.path("state/incidents/");
+  const auto shown = [&](const std::string& id) {
+    demand(server::write_incident(incident, *ring, sources, {}, incidents + id + ".mcap"));
+    const Run ran = run({"incident", "show", id});
+    EXPECT_EQ(ran.code, 0) << ran.errors;
+    return ran.output;
+  };
+  incident.row_count = kTicks;
+  const std::string some = shown("00001_20260101T000000Z_sensor_stale");
+  for (const char* part : {"cause   the sensor is silent", "remedy  look at its cable",
+                           "missing the ticks around the cause are lost"}) {
+    EXPECT_NE(some.find(part), std::string::npos) << part << " in\n" << some;
+  }
+  incident.row_count = 0;
+  const std::string none = shown("00002_20260101T000000Z_sensor_stale");
+  EXPECT_NE(none.find("cause   the sensor is silent"), std::string::npos) << none;
+  EXPECT_NE(none.find("missing its ticks: "), std::string::npos) << none;
+}
+
+TEST(TelemetryRecordCli, EndsWithTheRecordingThatIsReplayed) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.rig = server::RigChoice::kReplay;
+  config.replay.path =
+      folder.write("run.csv", "time_s,force_N,indentation_mm\n0,0,0\n0.001,0.1,0.01\n0.002,0.2,0.02\n");
+  const RunningService service(config);
+  service.await([](const v1::RigState& state) { return state.rig_exhausted(); });
+  ChildProcess recorder(HAPTICCTL_BINARY,
+                        {"--server", service.address(), "telemetry", "record", folder.path("late.csv")});
+  EXPECT_EQ(recorder.wait(), 4) << "no sample came";
+  EXPECT_NE(recorder.output().find("the recording that is replayed has ended"), std::string::npos)
+      << recorder.output() << recorder.errors();
 }
 
 }  // namespace

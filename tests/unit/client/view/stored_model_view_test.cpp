@@ -15,7 +15,7 @@ v1::StoredModel some_model() {
   model.set_device("phantom_1_0");
   model.set_procedure("palpation");
   model.set_max_displacement_mm(6.1);
-  model.set_max_force_n(5.8);
+  model.set_max_force_n(5.81234);
   model.set_residual(0.042);
   model.set_in_use(true);
   model.add_tags("current");
@@ -23,7 +23,7 @@ v1::StoredModel some_model() {
   auto& exponent = *model.add_parameters();
   exponent.set_name("exponent");
   exponent.set_unit("1");
-  exponent.set_value(1.7182);
+  exponent.set_value(1.71823);
   exponent.set_standard_error(0.0021);
   auto& open = *model.add_parameters();
   open.set_name("damping");
@@ -70,8 +70,8 @@ TEST(StoredModelView, ListsOneALine) {
 
 TEST(StoredModelView, ShowsAllThatIsKnown) {
   const std::string text = joined(stored_model_text(some_model(), Terminal{}));
-  expect_holds(text, {some_model().hash(), "down to 6.1 mm, up to 5.8 N\n", "4.2 % of rms",
-                      "by the loaded scene", "current, soft", "1.7182", "0.0021", "inf", "N·s/mm"});
+  expect_holds(text, {some_model().hash(), "down to 6.1 mm, up to 5.81234 N\n", "4.2 % of rms",
+                      "by the loaded scene", "current, soft", "1.71823", "0.0021", "inf", "N·s/mm"});
 }
 
 TEST(StoredModelView, ComparesParameterByParameter) {
