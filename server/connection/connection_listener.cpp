@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <utility>
 
@@ -33,9 +34,9 @@ constexpr std::size_t kDescriptorsPerConnection = 3;
 constexpr std::size_t kMaxConnections = 2048;
 /// Maximum number of tries to find two free ports next to each other.
 constexpr int kMaxTries = 100;
-constexpr int kMaxRetryMs = 10;
+constexpr std::chrono::milliseconds kMaxRetry{10};
 /// Time for connections that wait to be served.
-constexpr int kServeMs = 1;
+constexpr std::chrono::microseconds kServe{100};
 /// Maximum number of connections of one address before the others have their turn.
 constexpr int kMaxInTurn = 4;
 constexpr std::uint64_t kRefusalsBetweenWarnings = 1000;
@@ -227,18 +228,18 @@ void ConnectionListener::run() {
       return;
     }
     if (watched[0].revents != 0) return;
-    int wait_ms = 0;
+    std::chrono::microseconds wait{0};
     for (std::size_t n = 0; n < count; ++n) {
       const std::size_t i = (first + n) % count;
-      if (watched[1 + i].revents != 0) wait_ms = std::max(wait_ms, accept_some(listening_[i]));
+      if (watched[1 + i].revents != 0) wait = std::max(wait, accept_some(listening_[i]));
     }
-    if (wait_ms > 0) poll(nullptr, 0, wait_ms);
+    std::this_thread::sleep_for(wait);
   }
 }
 
-int ConnectionListener::accept_some(const Listening& listening) {
+std::chrono::microseconds ConnectionListener::accept_some(const Listening& listening) {
   for (int i = 0; i < kMaxInTurn; ++i) {
-    if (!takers_.has_room(listening.kind)) return kServeMs;
+    if (!takers_.has_room(listening.kind)) return kServe;
     const int descriptor = accept4(listening.descriptor, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (descriptor >= 0 && static_cast<std::size_t>(descriptor) < max_descriptor_) {
       takers_.take(descriptor, kind_of(descriptor, listening.kind));
@@ -250,12 +251,12 @@ int ConnectionListener::accept_some(const Listening& listening) {
       continue;
     }
     if (errno == EINTR || errno == ECONNABORTED) continue;
-    if (errno == EAGAIN) return 0;
+    if (errno == EAGAIN) return {};
     if ((errno == EMFILE || errno == ENFILE) && turn_away(listening.descriptor)) continue;
     // No descriptor, or not even memory, at present. The connection waits in the queue.
-    return kMaxRetryMs;
+    return kMaxRetry;
   }
-  return 0;
+  return {};
 }
 
 ConnectionKind ConnectionListener::kind_of(int descriptor, ConnectionKind listening) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -75,9 +76,9 @@ class ConnectionListener {
   hal::Result<bool> open_datagram(const std::string& path);
   hal::Result<bool> open_unix(const std::string& path, const std::string& group);
   void run();
-  /// Accepts some of those that wait, so that no address keeps the others waiting; returns a time, in ms,
-  /// after which more can be accepted.
-  int accept_some(const Listening& listening);
+  /// Accepts some of those that wait, so that no address keeps the others waiting; returns a time after which
+  /// more can be accepted.
+  std::chrono::microseconds accept_some(const Listening& listening);
   /// Accepts and closes a connection for which there is no descriptor, using the reserved one.
   bool turn_away(int listening);
   void note_refused();

@@ -132,6 +132,10 @@ void ConnectionRelay::serve(RelayedConnection& connection, RelayedConnection::Bu
     if (size == 0 || (size < 0 && errno != EAGAIN)) end(connection, {});
     return;
   }
+  if (connection.name.empty()) {
+    open_service(connection);
+    if (connection.name.empty()) return;
+  }
   const std::string_view problem = connection.pass_to_service(buffer, now);
   if (!problem.empty()) return end(connection, problem);
   if (!connection.pass_to_client(buffer)) return end(connection, {});
@@ -174,6 +178,16 @@ void ConnectionRelay::admit(RelayedConnection& connection, Clock::time_point now
   ++account->connections;
   if (connection.who.is_denied) connection.until = now + kMaxDenied;
   connection.frames.emplace(*account);
+  open_service(connection);
+}
+
+void ConnectionRelay::open_service(RelayedConnection& connection) {
+  if (!connection.tls) {
+    char first = 0;
+    const ssize_t size = recv(connection.client, &first, sizeof first, MSG_PEEK);
+    if (size < 0 && errno == EAGAIN) return watch(connection);
+    if (size <= 0) return end(connection, {});
+  }
   connection.name = parts_.table.add(connection.who);
   const int served = connection.open_inner(connection.name);
   if (served < 0) return end(connection, "no descriptors are left for it");

@@ -74,6 +74,8 @@ class ConnectionRelay {
   void begin(Arrival arrival);
   /// Admits a connection whose client is known now.
   void admit(RelayedConnection& connection, std::chrono::steady_clock::time_point now);
+  /// Has gRPC serve a connection whose client has begun to speak: those that never do take none of its time.
+  void open_service(RelayedConnection& connection);
   std::shared_ptr<Account> account_of(const Identity& who);
   /// False when all connections that could make room have calls.
   bool make_room(const RelayedConnection& newest, const Account& account);

@@ -9,7 +9,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <thread>
@@ -386,6 +388,26 @@ class IdleConnections {
  private:
   std::vector<int> descriptors_;
 };
+
+// Each took the time of one that speaks, which had to wait for all before it.
+TEST(Flood, OfConnectionsThatSayNothingIsNotServed) {
+  constexpr std::ptrdiff_t kSilent = 100;
+  constexpr std::ptrdiff_t kOfOneClient = 10;
+  DaemonProcess process({"--listen", "127.0.0.1:0"});
+  const std::string address = process.await_address();
+  ASSERT_FALSE(address.empty());
+  const ServiceClient first(connect(address));
+  first.state();
+  const auto count = [&process] {
+    const std::filesystem::directory_iterator files("/proc/" + std::to_string(process.pid()) + "/fd");
+    return std::distance(begin(files), end(files));
+  };
+  const std::ptrdiff_t before = count();
+  const IdleConnections silent(address, kSilent);
+  const ServiceClient last(connect(address));
+  last.state();  // it came after them
+  EXPECT_LT(count() - before, kSilent + kOfOneClient) << "one descriptor each";
+}
 
 class FloodOfConnections : public testing::TestWithParam<int> {};
 
