@@ -192,6 +192,8 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailur
     return fail(ExitCode::kBadConfiguration, *error);
   const std::string store_path = config.model_store.value_or("");
   if (const auto error = ModelStore::check(store_path)) return fail(ExitCode::kBadConfiguration, *error);
+  if (const auto error = AuditLog::check(config.access.audit_file))
+    return fail(ExitCode::kBadConfiguration, *error);
   auto rig = open_rig(config);
   if (!rig) return fail(ExitCode::kCannotOpenRig, rig.error());
   const bool opens = !dry || std::filesystem::exists(store_path);
@@ -243,12 +245,6 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   auto parts = prepare<Parts>(config, false, failure);
   if (!parts) return nullptr;
   parts->lock = std::move(lock);
-  auto audit = AuditLog::open(config.access);
-  if (!audit) {
-    failure = {ExitCode::kBadConfiguration, audit.error()};
-    return nullptr;
-  }
-  parts->audit = std::move(*audit);
   if (!config.state_folder.empty()) {
     auto marker = RunMarker::leave_in(config.state_folder);
     if (!marker) {
@@ -258,15 +254,20 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     parts->marker = std::move(*marker);
     parts->latch.on_cleared([here = parts.get()] { here->marker->acknowledge(); });
   }
-  parts->audit->show_to([here = parts.get()](const AuditLine& line) { here->notes.note_call(line); });
   // What cannot be recorded does not keep the rig from running.
   if (const auto error = parts->recorder.open()) log_error("recordings are off: " + error->text());
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
-  const auto cannot_listen = [&](const hal::Error& error) -> std::unique_ptr<Daemon> {
+  const auto fail = [&](ExitCode code, const hal::Error& error) -> std::unique_ptr<Daemon> {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-    failure = {ExitCode::kCannotListen, error};
+    failure = {code, error};
     return nullptr;
   };
+  const auto cannot_listen = [&](const hal::Error& error) { return fail(ExitCode::kCannotListen, error); };
+  // Comes after all other files: what is theirs it refuses.
+  auto audit = AuditLog::open(config.access);
+  if (!audit) return fail(ExitCode::kBadConfiguration, audit.error());
+  parts->audit = std::move(*audit);
+  parts->audit->show_to([here = parts.get()](const AuditLine& line) { here->notes.note_call(line); });
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
   auto network =

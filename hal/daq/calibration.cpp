@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <pugixml.hpp>
@@ -235,7 +236,10 @@ hal::Result<pugi::xml_node> choose(const Reader& reader, const pugi::xml_node& r
 }
 
 hal::Result<std::string> read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::error_code ignored;
+  std::ifstream file;
+  if (!std::filesystem::is_fifo(path, ignored))
+    file.open(path, std::ios::binary);  // a pipe would block for ever
   std::string text(kMaxFile + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!file && file.gcount() == 0) {

@@ -2,16 +2,17 @@
 
 #include <fmt/format.h>
 #include <pthread.h>
-#include <spdlog/sinks/rotating_file_sink.h>
 #define SD_JOURNAL_SUPPRESS_LOCATION
 #include <systemd/sd-journal.h>
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
+#include "hal/recording/append_file.h"
 #include "proto/text/utc_text.h"
 #include "proto/text/utf8_text.h"
 #include "server/process/log.h"
@@ -20,10 +21,26 @@ namespace hapticd::server {
 
 namespace {
 
+namespace fs = std::filesystem;
+
+/// Beginning of every line.
+constexpr std::string_view kBegin = R"({"time":")";
+
 std::int64_t now_unix_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::system_clock::now().time_since_epoch())
       .count();
+}
+
+hal::Error cannot_write(const std::string& path, const std::string& why) {
+  return {"the audit log cannot be written", "[access] audit_file", path, why,
+          "give hapticd the right to write there, or name another file"};
+}
+
+/// Path of the file that was begun `age` files ago: "audit.1.jsonl" of "audit.jsonl".
+std::string path_of_older(const fs::path& path, std::size_t age) {
+  if (age == 0) return path;
+  return path.parent_path() / fmt::format("{}.{}{}", path.stem().string(), age, path.extension().string());
 }
 
 }  // namespace
@@ -46,29 +63,39 @@ std::string to_json(const AuditLine& line) {
 }
 
 struct AuditLog::Sinks {
-  std::unique_ptr<spdlog::sinks::rotating_file_sink_st> file;
+  std::string path;  ///< empty: no file
+  std::uint64_t max_bytes = 0;
+  std::optional<recording::AppendFile> file{};
   bool journal = false;
   bool failed = false;
 
-  /// False if the file does not have the line. What it has of it is taken out again: the next one would be
-  /// written behind it.
-  bool append(const std::string& text) {
-    if (!file) return true;
-    std::error_code no_size;
-    const std::uintmax_t before = std::filesystem::file_size(file->filename(), no_size);
-    try {
-      file->log(spdlog::details::log_msg({}, spdlog::level::info, text));
-      file->flush();
-      failed = false;
-      return true;
-    } catch (const spdlog::spdlog_ex& error) {
-      if (!std::exchange(failed, true)) log_error(std::string("the audit file: ") + error.what());
+  /// Opens the file again if it is no longer the one at its path, or was emptied; begins another one if
+  /// `bytes` more are too many.
+  std::optional<hal::Error> open_for(std::size_t bytes) {
+    std::error_code failure;
+    if (file && fs::file_size(path, failure) != file->size()) file.reset();
+    if (file && file->size() > 0 && file->size() + bytes > max_bytes) {
+      file.reset();
+      for (std::size_t age = kKeptFiles - 1; age > 0; --age) {
+        fs::rename(path_of_older(path, age - 1), path_of_older(path, age), failure);
+      }
+      if (failure) return cannot_write(path, "it cannot be renamed: " + failure.message());
     }
-    std::error_code ignored;
-    // A file that was begun meanwhile is smaller.
-    const bool is_torn = !no_size && std::filesystem::file_size(file->filename(), ignored) > before;
-    if (is_torn && !ignored) std::filesystem::resize_file(file->filename(), before, ignored);
-    return false;
+    if (file) return std::nullopt;
+    auto opened = recording::AppendFile::open_or_create(path);
+    if (!opened) return cannot_write(path, opened.error().what + ": " + opened.error().value);
+    file.emplace(std::move(*opened));
+    return std::nullopt;
+  }
+
+  /// False if the file does not have the line.
+  bool append(const std::string& text) {
+    if (path.empty()) return true;
+    auto error = open_for(text.size() + 1);
+    if (!error) error = file->append(text + '\n');
+    if (error && !failed) log_error(error->text());
+    failed = error.has_value();
+    return !failed;
   }
 
   /// Writes to both; false if the file does not have the line.
@@ -87,19 +114,30 @@ struct AuditLog::Sinks {
   }
 };
 
+std::optional<hal::Error> AuditLog::check(const std::string& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (path.empty() || !fs::exists(status)) return std::nullopt;
+  if (fs::is_regular_file(status)) {
+    std::string begin(kBegin.size(), '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+    if (file.gcount() == 0 || begin == kBegin) return std::nullopt;
+  }
+  return hal::Error{"the audit log would go into something else", "[access] audit_file", path,
+                    "a file that is not there yet, or an audit log", "name another file"};
+}
+
 hal::Result<std::unique_ptr<AuditLog>> AuditLog::open(const AccessConfig& config) {
+  if (const auto error = check(config.audit_file)) return *error;
   auto sinks = std::make_unique<Sinks>();
   sinks->journal = config.audit_journal;
   if (!config.audit_file.empty()) {
-    try {
-      const auto bytes = static_cast<std::size_t>(config.audit_file_mb * 1e6);
-      sinks->file =
-          std::make_unique<spdlog::sinks::rotating_file_sink_st>(config.audit_file, bytes, kKeptFiles - 1);
-      sinks->file->set_pattern("%v");
-    } catch (const spdlog::spdlog_ex& error) {
-      return hal::Error{"the audit log cannot be written", "[access] audit_file", config.audit_file,
-                        error.what(), "give hapticd the right to write there, or name another file"};
-    }
+    sinks->path = config.audit_file;
+    sinks->max_bytes = static_cast<std::uint64_t>(config.audit_file_mb * 1e6);
+    std::error_code ignored;
+    fs::create_directories(fs::path(config.audit_file).parent_path(), ignored);
+    if (const auto error = sinks->open_for(0)) return *error;
   }
   return std::unique_ptr<AuditLog>(new AuditLog(std::move(sinks)));
 }
@@ -118,7 +156,7 @@ AuditLog::~AuditLog() {
 void AuditLog::write(AuditLine line) {
   if (line.unix_ns == 0) line.unix_ns = now_unix_ns();
   if (look_) look_(line);
-  if (!sinks_->file && !sinks_->journal) return;
+  if (sinks_->path.empty() && !sinks_->journal) return;
   {
     const MutexLock lock(mutex_);
     if (!admit(line)) return;

@@ -48,7 +48,11 @@ class AuditLog {
   static constexpr std::size_t kKeptFiles = 5;
   static constexpr int kRefusalsPerS = 20;
 
-  /// Opens the log. An error if the file cannot be written to.
+  /// An error if something is at the path of the file that is not an audit log; nothing is opened for
+  /// writing.
+  static std::optional<hal::Error> check(const std::string& path);
+  /// Opens the log. An error if check() finds one, if the file cannot be written to or if another process
+  /// writes it.
   static hal::Result<std::unique_ptr<AuditLog>> open(const AccessConfig& config);
   /// Writes what is queued, then ends.
   ~AuditLog();

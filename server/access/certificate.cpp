@@ -39,7 +39,13 @@ hal::Error unusable(const char* what, const std::string& path, const std::string
 }
 
 struct File {
-  explicit File(const std::string& path) : handle(std::fopen(path.c_str(), "re")) {
+  explicit File(const std::string& path) {
+    std::error_code ignored;
+    if (std::filesystem::is_fifo(path, ignored)) {  // opening it would wait for one who writes it
+      reason = "it is a pipe";
+      return;
+    }
+    handle = std::fopen(path.c_str(), "re");
     if (handle == nullptr) reason = std::strerror(errno);
   }
   ~File() {
@@ -47,7 +53,7 @@ struct File {
   }
   File(const File&) = delete;
   File& operator=(const File&) = delete;
-  std::FILE* handle;
+  std::FILE* handle = nullptr;
   std::string reason;
 };
 

@@ -11,7 +11,7 @@ namespace hapticd::server {
 hal::Result<std::unique_ptr<RunMarker>> RunMarker::leave_in(const std::string& folder) {
   std::string path = folder + "/" + kFileName;
   const bool found = access(path.c_str(), F_OK) == 0;
-  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
   if (descriptor < 0) {
     return hal::Error{"cannot write the file that marks a running daemon", path, std::strerror(errno),
                       "a folder that the daemon may write", "StateDirectory= of the unit makes one"};

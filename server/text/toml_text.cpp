@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 namespace hapticd::server {
@@ -16,6 +17,12 @@ constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 }  // namespace
 
 hal::Result<std::string> read_text_file(const std::string& path) {
+  // Opening a named pipe that nobody writes would wait; one of a shell (/dev/fd/63) is written.
+  std::error_code ignored;
+  if (std::filesystem::is_fifo(std::filesystem::symlink_status(path, ignored))) {
+    return hal::Error::of(hal::ErrorCode::kUnreadable, "cannot read the file", path, "a pipe",
+                          "a regular file", "check the path");
+  }
   std::ifstream file(path, std::ios::binary);
   if (!file) {
     const hal::ErrorCode code = errno == ENOENT ? hal::ErrorCode::kNotFound : hal::ErrorCode::kUnreadable;

@@ -1,6 +1,7 @@
 // Connections with certificates, made by the script that a lab uses.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <chrono>
@@ -157,6 +158,9 @@ TEST(Certificates, ADaemonDoesNotStartWithWrongOnes) {
   }
   std::filesystem::copy(other.server() + "/server.key", mixed.path("server.key"));
   EXPECT_EQ(problem_of(mixed.path()).what, "the key does not belong to the certificate");
+  std::filesystem::remove(mixed.path("server.key"));
+  ASSERT_EQ(mkfifo(mixed.path("server.key").c_str(), 0600), 0);  // nobody writes it
+  EXPECT_EQ(problem_of(mixed.path()).value, "it is a pipe");
   lab.make("--server localhost --days -1");
   const hal::Error expired = problem_of(lab.server());
   EXPECT_EQ(expired.what, "the certificate is not valid");

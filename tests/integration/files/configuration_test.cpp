@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <array>
 
 #include "hal/daq/board_factory.h"
 #include "server/config/config.h"
 #include "server/rig/rig_factory.h"
+#include "server/rig_file/turntable_map.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
@@ -84,6 +86,16 @@ level = "debug"
   EXPECT_EQ(again->model_folder, "/etc/hapticd/models");
   EXPECT_EQ(again->model_store, "/var/lib/hapticd/models.sqlite");
   EXPECT_EQ(again->log_level, LogLevel::kDebug);
+}
+
+TEST(Configuration, APipeThatNobodyWritesIsRefused) {
+  const test::TemporaryFolder folder;
+  const std::string pipe = folder.path("pipe.toml");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const auto config = read_config(pipe);
+  ASSERT_FALSE(config);
+  EXPECT_EQ(config.error().value, "a pipe");
+  EXPECT_FALSE(find_turntable_map(pipe));
 }
 
 TEST(Configuration, ARefusalHasFivePartsAndACode) {

@@ -165,6 +165,21 @@ TEST(ServiceProcess, RefusesAConfigurationWhoseKeysAreEndless) {
   expect_ended(run({"--config", config}), 2, config + ", line 1: a key has too many parts");
 }
 
+TEST(ServiceProcess, RefusesAnAuditFileThatIsAnotherOfItsFiles) {
+  const TemporaryFolder folder;
+  const std::string socket = folder.path("d.sock");
+  for (const std::string name :
+       {"models.sqlite", "recordings", "incidents", "flight-0.ring", "d.sock.lock"}) {
+    const std::string config =
+        folder.write("hapticd.toml", "[recording]\nfolder = \"" + folder.path() +
+                                         "\"\n[access]\naudit_file = \"" + folder.path(name) + "\"\n");
+    expect_ended(run({"--listen", "127.0.0.1:0", "--unix", socket, "--config", config, "--model-store",
+                      folder.path("models.sqlite")}),
+                 2, "[access] audit_file: the audit log ");
+    EXPECT_FALSE(std::filesystem::exists(folder.path("flight-0.ring"))) << "it ended in order";
+  }
+}
+
 TEST(ServiceProcess, RefusesASecondDaemonOnThePort) {
   DaemonProcess first({"--listen", "127.0.0.1:0"});
   const std::string address = first.await_address();

@@ -1,6 +1,6 @@
 #include "server/access/audit_log.h"
 
-#include <fcntl.h>
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -13,13 +13,23 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <vector>
 
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
+
+namespace {
+std::atomic<bool> disk_stands_still{false};
+}  // namespace
+
+/// Waits while the disk takes nothing.
+extern "C" ssize_t pwrite(int file, const void* bytes, size_t size, off_t at) {
+  while (disk_stands_still) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  static const auto of_the_system = reinterpret_cast<decltype(&pwrite)>(dlsym(RTLD_NEXT, "pwrite"));
+  return of_the_system(file, bytes, size, at);
+}
 
 namespace hapticd::server {
 namespace {
@@ -153,37 +163,73 @@ TEST(AuditLog, RefusalsOfOneRotateNoLineOfTheOthersAway) {
 
 TEST(AuditLog, DropsAndCountsWhatADiskIsTooSlowFor) {
   const test::TemporaryFolder folder;
-  const std::string pipe = folder.path("pipe");
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  // The pipe is not read any more: once it is full, a writer is held up.
-  const int reader = open(pipe.c_str(), O_RDWR | O_CLOEXEC);
   AccessConfig config;
-  config.audit_file = pipe;
+  config.audit_file = folder.path("audit.jsonl");
+  constexpr std::size_t kLines = 4 * AuditLog::kMaxQueue;
   auto log = test::value_of(AuditLog::open(config));
-  for (std::size_t i = 0; i < 4 * AuditLog::kMaxQueue; ++i) log->write(a_line(std::string(100, 'x')));
+  disk_stands_still = true;
+  for (std::size_t i = 0; i < kLines; ++i) log->write(a_line("x"));
   EXPECT_GT(log->dropped(), 0U) << "write() came back each time";
-  std::thread drain([reader] {
-    char bytes[65536];
-    fcntl(reader, F_SETFL, O_RDWR);
-    for (ssize_t size = 1;
-         size > 0 && std::string_view(bytes, static_cast<std::size_t>(size)).find("\"dropped\":") ==
-                         std::string_view::npos;) {
-      size = read(reader, bytes, sizeof bytes);
-    }
-  });
-  drain.join();
-  fcntl(reader, F_SETFL, O_RDWR | O_NONBLOCK);
-  std::atomic<bool> over{false};
-  std::thread rest([&] {
-    char bytes[65536];
-    while (!over) {
-      if (read(reader, bytes, sizeof bytes) < 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  });
+  disk_stands_still = false;
   log.reset();
-  over = true;
-  rest.join();
-  close(reader);
+  std::size_t counted = 0;
+  for (const std::string& line : lines_of(config.audit_file)) {
+    counted += nlohmann::json::parse(line).value("dropped", std::size_t{1});
+  }
+  EXPECT_EQ(counted, kLines);
+}
+
+TEST(AuditLog, GoesOnInAnotherFileOnceItsOwnWasMovedOrEmptied) {
+  const test::TemporaryFolder folder;
+  AccessConfig config;
+  config.audit_file = folder.path("audit.jsonl");
+  auto log = test::value_of(AuditLog::open(config));
+  const auto count_after = [&](const std::string& method) {
+    log->write(a_line(method));
+    EXPECT_TRUE(test::eventually([&] {
+      const auto lines = lines_of(config.audit_file);
+      return !lines.empty() && lines.back().find(method) != std::string::npos;
+    }));
+    return lines_of(config.audit_file).size();
+  };
+  EXPECT_EQ(count_after("first"), 1U);
+  EXPECT_EQ(count_after("second"), 2U);
+  std::filesystem::rename(config.audit_file, folder.path("moved.jsonl"));
+  EXPECT_EQ(count_after("third"), 1U);
+  EXPECT_EQ(lines_of(folder.path("moved.jsonl")).size(), 2U);
+  std::filesystem::resize_file(config.audit_file, 0);
+  EXPECT_EQ(count_after("fourth"), 1U);
+}
+
+TEST(AuditLog, RefusesWhatIsSomethingElse) {
+  const test::TemporaryFolder folder;
+  AccessConfig config;
+  const auto is_refused = [&](const std::string& path) {
+    config.audit_file = path;
+    const auto log = AuditLog::open(config);
+    return !log && log.error().where == "[access] audit_file" && AuditLog::check(path);
+  };
+  const std::string pipe = folder.path("pipe");  // nobody reads it
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_TRUE(is_refused(pipe));
+  EXPECT_TRUE(is_refused(folder.path()));
+  EXPECT_TRUE(is_refused("/dev/full"));
+  const std::string store = folder.path("models.sqlite");
+  std::ofstream(store) << "SQLite format 3";
+  EXPECT_TRUE(is_refused(store));
+  EXPECT_EQ(std::filesystem::file_size(store), 15U);
+}
+
+TEST(AuditLog, IsOfOneDaemon) {
+  const test::TemporaryFolder folder;
+  AccessConfig config;
+  config.audit_file = folder.path("audit.jsonl");
+  auto first = test::value_of(AuditLog::open(config));
+  const auto second = AuditLog::open(config);
+  ASSERT_FALSE(second);
+  EXPECT_NE(second.error().text().find("another process writes"), std::string::npos) << second.error().text();
+  first.reset();
+  EXPECT_TRUE(AuditLog::open(config));
 }
 
 TEST(AuditLog, RefusesAFileThatCannotBeWritten) {

@@ -3,6 +3,7 @@
 #include "hal/daq/calibration.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <string>
@@ -271,11 +272,14 @@ TEST(Calibration, FilesAreReadAndMissingOnesNamed) {
   using enum hal::ErrorCode;
   const test::TemporaryFolder folder;
   const auto calibration = test::value_of(load_calibration(folder.write("sensor.cal", file())));
+  const std::string pipe = folder.path("pipe.cal");  // nobody writes it
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   test::expect_refusals(
       {
           {folder.path("other.cal"), "other.cal", kUnreadable},
           {folder.write("large.cal", std::string((1U << 20U) + 10, ' ')), "large.cal", kTooLong},
           {folder.path(), folder.path(), kUnreadable},
+          {pipe, pipe, kUnreadable},
       },
       [](const std::string& path) { return load_calibration(path); });
 }
