@@ -48,4 +48,14 @@ void expect_refused(const grpc::Status& status, grpc::StatusCode code, v1::Error
   EXPECT_EQ(detail_of(status).reason(), reason) << status.error_message();
 }
 
+void expect_refused_for(const grpc::Status& status, grpc::StatusCode code, v1::ErrorReason reason) {
+  EXPECT_EQ(status.error_code(), code) << status.error_message();
+  EXPECT_EQ(detail_of(status).reason(), reason) << status.error_message();
+}
+
+void expect_refused_saying(const grpc::Status& status, grpc::StatusCode code, const std::string& what) {
+  EXPECT_EQ(status.error_code(), code) << status.error_message();
+  EXPECT_EQ(detail_of(status).what(), what);
+}
+
 }  // namespace hapticd::test

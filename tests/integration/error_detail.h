@@ -27,5 +27,7 @@ void expect_refused(const grpc::Status& status, const Expected& expected);
 void expect_refused(const grpc::Status& status, grpc::StatusCode code, const std::string& where);
 void expect_refused(const grpc::Status& status, grpc::StatusCode code, v1::ErrorReason reason,
                     const std::string& where);
+void expect_refused_for(const grpc::Status& status, grpc::StatusCode code, v1::ErrorReason reason);
+void expect_refused_saying(const grpc::Status& status, grpc::StatusCode code, const std::string& what);
 
 }  // namespace hapticd::test

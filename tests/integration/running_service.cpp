@@ -39,11 +39,31 @@ server::DaemonConfig quiet_config() {
   return config;
 }
 
+server::DaemonConfig config_with_scene(const std::string& name) {
+  server::DaemonConfig config = quiet_config();
+  config.scene = name;
+  return config;
+}
+
 server::DaemonConfig generous_config() {
   server::DaemonConfig config = quiet_config();
   config.guard.max_target_stiffness_n_per_mm = 20.0;
   config.guard.min_target_ramp_s = 0.0;
   config.guard.max_target_change_n_per_s = 1e6;
+  return config;
+}
+
+server::DaemonConfig config_that_records(const std::string& folder) {
+  server::DaemonConfig config = quiet_config();
+  config.recording.folder = folder;
+  config.recording.keep_free_mb = 0.0;
+  return config;
+}
+
+server::DaemonConfig config_with_certificates(const std::string& folder) {
+  server::DaemonConfig config = quiet_config();
+  config.listen_tls = server::ListenAddress{"127.0.0.1", 0};
+  config.certificates = folder;
   return config;
 }
 

@@ -5,7 +5,9 @@
 
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "hal/turntable.h"
@@ -31,6 +33,16 @@ testing::AssertionResult ok(const grpc::Status& status);
 /// A context whose call ends in an error rather than never.
 std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds timeout = kTimeout);
 
+/// Answer of a call that has to succeed; throws std::runtime_error with its status otherwise.
+template <class Stub, class Request, class Response>
+Response answer_of(Stub& stub, grpc::Status (Stub::*call)(grpc::ClientContext*, const Request&, Response*),
+                   const std::type_identity_t<Request>& request = {}) {
+  Response response;
+  const grpc::Status status = (stub.*call)(call_context().get(), request, &response);
+  if (!status.ok()) throw std::runtime_error(status.error_message());
+  return response;
+}
+
 /// Window of a separate connection, shared with no other channel. With a fixed window no more than 64 KiB of
 /// a stream are on the way to a client that does not read; otherwise gRPC lets it grow to megabytes.
 enum class Window { kGrowing, kFixed };
@@ -39,9 +51,18 @@ std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window
 /// The simulated rig on a free port, without any of the privileges a loop would like.
 server::DaemonConfig quiet_config();
 
+/// Quiet configuration with this scene loaded.
+server::DaemonConfig config_with_scene(const std::string& name);
+
 /// Configuration with ceilings that leave room for tests of what lies below them: stiff targets, no floor of
 /// their ramps.
 server::DaemonConfig generous_config();
+
+/// Configuration that records into this folder, however full the disk is.
+server::DaemonConfig config_that_records(const std::string& folder);
+
+/// Configuration that also listens with the certificates of this folder.
+server::DaemonConfig config_with_certificates(const std::string& folder);
 
 /// Configuration with a simulated turntable that knows these stations; a stall of the machine does not count
 /// as its fault.

@@ -77,4 +77,10 @@ int ChildProcess::wait() {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
+Ran run_to_the_end(const std::string& program, std::vector<std::string> arguments) {
+  ChildProcess child(program, std::move(arguments));
+  const int code = child.wait();
+  return {code, child.output(), child.errors()};
+}
+
 }  // namespace hapticd::test

@@ -34,4 +34,12 @@ class ChildProcess {
   std::string errors_;
 };
 
+/// What a child process that has ended leaves.
+struct Ran {
+  int code = 0;
+  std::string output;
+  std::string errors;
+};
+Ran run_to_the_end(const std::string& program, std::vector<std::string> arguments);
+
 }  // namespace hapticd::test

@@ -54,8 +54,7 @@ std::int64_t SimulatedClocks::draw(const SimulatedDelay& delay) {
 
 SimulatedStamps SimulatedClocks::exchange() {
   constexpr std::int64_t kServingNs = 5'000;
-  SimulatedStamps stamps;
-  stamps.client_sent_ns = client_ns();
+  SimulatedStamps stamps{.client_sent_ns = client_ns()};
   pass(draw(there_));
   stamps.daemon_received_ns = daemon_ns();
   pass(kServingNs);

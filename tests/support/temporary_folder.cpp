@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 namespace hapticd::test {
@@ -12,6 +13,11 @@ namespace hapticd::test {
 std::string memory_folder() {
   constexpr const char* kShared = "/dev/shm";
   return access(kShared, W_OK | X_OK) == 0 ? kShared : std::filesystem::temp_directory_path().string();
+}
+
+std::string file_text(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 TemporaryFolder::TemporaryFolder() : TemporaryFolder(std::filesystem::temp_directory_path().string()) {}

@@ -9,6 +9,9 @@ namespace hapticd::test {
 /// none.
 std::string memory_folder();
 
+/// All that is in a file; empty if there is none.
+std::string file_text(const std::string& path);
+
 /// Separate folder for a test, removed with all in it.
 class TemporaryFolder {
  public:

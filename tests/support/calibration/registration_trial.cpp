@@ -29,14 +29,13 @@ RigPose pose_of(const hal::RigSample& sample) {
 
 sim::HandProgram waves(double speed_mm_per_s, double rate_hz, hal::Vector3 place_mm, double tilt_deg,
                        double twist_deg) {
-  sim::HandProgram program;
-  program.kind = sim::HandProgram::Kind::kSway;
-  program.speed_mm_per_s = speed_mm_per_s;
-  program.rate_hz = rate_hz;
-  program.hold_s = -1.0;
-  program.place_mm = place_mm;
-  program.tilt_deg = tilt_deg;
-  program.twist_deg = twist_deg;
+  sim::HandProgram program{.kind = sim::HandProgram::Kind::kSway,
+                           .speed_mm_per_s = speed_mm_per_s,
+                           .rate_hz = rate_hz,
+                           .hold_s = -1.0,
+                           .place_mm = place_mm,
+                           .tilt_deg = tilt_deg,
+                           .twist_deg = twist_deg};
   return program;
 }
 
@@ -50,10 +49,7 @@ RegistrationTrial record_trial(const TrialSettings& settings) {
   sim::Random random(settings.seed * 7919);
   RegistrationTrial trial;
   trial.latency_s = 0.010 + 0.030 * random.uniform();
-  sim::SimulationConfig config;
-  config.object = "none";
-  config.seed = settings.seed;
-  config.conditions = "arm";
+  sim::SimulationConfig config{.object = "none", .seed = settings.seed, .conditions = "arm"};
   config.external_instrument = false;
   config.condition_values = {{"tracker_latency_ms", 1e3 * trial.latency_s},
                              {"tracker_noise_mm", 0.25 + 0.1 * random.uniform()}};
@@ -75,9 +71,8 @@ RegistrationTrial record_trial(const TrialSettings& settings) {
     sim::TrackerPose seen;
     while (rig.tracker().take(seen)) {
       if (!keep) continue;
-      calibration::ReferencePose pose;
-      pose.stamp_s = 1e-9 * static_cast<double>(seen.stamp_ns);
-      pose.position_mm = eigen(seen.position_mm);
+      calibration::ReferencePose pose{.stamp_s = 1e-9 * static_cast<double>(seen.stamp_ns),
+                                      .position_mm = eigen(seen.position_mm)};
       if (seen.has_orientation) pose.orientation = eigen(seen.orientation);
       trial.reference.push_back(pose);
     }

@@ -9,10 +9,12 @@
 
 #include "hal/rig.h"
 #include "server/identification/session/identification.h"
+#include "tests/support/texts.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::identification::test {
 
+using hapticd::test::holds;
 using hapticd::test::value_of;
 
 /// Estimated parameter of that name. Throws std::out_of_range if there is none.
@@ -37,10 +39,6 @@ inline hal::Error refusal_of(const Identification& identification) {
   const auto model = identification.finish();
   EXPECT_FALSE(model) << "was not refused";
   return model ? hal::Error{} : model.error();
-}
-inline testing::AssertionResult holds(const std::string& text, const std::string& words) {
-  if (text.find(words) != std::string::npos) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "\"" << words << "\" is not in: " << text;
 }
 
 /// A recording of another rig's make, or of one that does not say which.
