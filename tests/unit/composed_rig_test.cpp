@@ -380,9 +380,7 @@ struct ScheduledLoop {
     EXPECT_FALSE(rig.engage(RigPartKind::kDevice));
   }
   static rt::LoopConfig unprivileged() {
-    rt::LoopConfig config;
-    config.fifo_priority = 0;
-    config.lock_memory = false;
+    rt::LoopConfig config{.fifo_priority = 0, .lock_memory = false};
     return config;
   }
   static RigParts only(ScheduledDevice* device) {

@@ -8,15 +8,14 @@
 
 #include "daq_bench.h"
 #include "tests/support/part_report.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::daq {
 namespace {
 
 /// Two axes: x falls by 1 V in 2 mm, z grows by 1 V in 5 mm.
 BoardInstrumentConfig two_axes() {
-  BoardInstrumentConfig config;
-  config.channels = {7.0, -1.0, 6.0};
-  config.mm_per_v = {-2.0, 1.0, 5.0};
+  BoardInstrumentConfig config{.channels = {7.0, -1.0, 6.0}, .mm_per_v = {-2.0, 1.0, 5.0}};
   return config;
 }
 
@@ -99,11 +98,8 @@ TEST(BoardInstrument, EngagingSaysThatNoScanComes) {
   board->mute_scans();
   BoardInstrumentConfig config = two_axes();
   config.engage_timeout_s = 0.1;
-  const auto made = BoardInstrument::create(config, board);
-  ASSERT_TRUE(made);
-  const auto error = (*made)->engage();
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->what.find("no scans"), std::string::npos);
+  const auto made = test::value_of(BoardInstrument::create(config, board));
+  EXPECT_NE(test::error_of(made->engage()).what.find("no scans"), std::string::npos);
   EXPECT_FALSE(board->engaged(BoardUse::kInputs)) << "let go of again";
 }
 

@@ -9,6 +9,7 @@
 
 #include "hal/daq/board_factory.h"
 #include "tests/emulators/board/scripted_board.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::daq {
 namespace {
@@ -33,10 +34,7 @@ TEST(CounterUnwrap, FollowsACounterRoundItsEndsBothWays) {
 }
 
 TEST(Board, CountersAreUnwrapped) {
-  ScriptedBoardConfig config;
-  config.counter_bits = 16;
-  config.counter_start = {32700, -32700, 0, 0, 0, 0};
-  ScriptedBoard board(config);
+  ScriptedBoard board({.counter_bits = 16, .counter_start = {32700, -32700, 0, 0, 0, 0}});
   ASSERT_FALSE(board.engage(BoardUse::kMotion));
   std::array<std::int64_t, 3> first{};
   ASSERT_TRUE(board.read_counters(first));
@@ -85,11 +83,8 @@ TEST(Board, IsOpenAsLongAsSomebodyUsesIt) {
 }
 
 TEST(BoardFactory, UnknownDriversAndValuesAreRefused) {
-  BoardConfig config;
-  config.driver = "nidaqmx";
-  auto board = create_board(config);
-  ASSERT_FALSE(board);
-  EXPECT_NE(board.error().text().find("comedi"), std::string::npos);
+  BoardConfig config{.driver = "nidaqmx"};
+  EXPECT_NE(test::error_of(create_board(config)).text().find("comedi"), std::string::npos);
 
   const auto refused = [](auto change) {
     BoardConfig changed;
@@ -117,10 +112,9 @@ TEST(BoardFactory, WithoutTheNodeOfTheBoardThereIsAClearError) {
   }
   ASSERT_TRUE(board) << board.error().text() << ": nothing is opened before it is needed";
   for (const BoardUse use : {BoardUse::kInputs, BoardUse::kMotion}) {
-    const auto error = (*board)->engage(use);
-    ASSERT_TRUE(error);
-    EXPECT_EQ(error->where, "/dev/no_such_board");
-    EXPECT_NE(error->remedy.find("/dev/comedi"), std::string::npos) << error->text();
+    const auto error = test::error_of((*board)->engage(use));
+    EXPECT_EQ(error.where, "/dev/no_such_board");
+    EXPECT_NE(error.remedy.find("/dev/comedi"), std::string::npos) << error.text();
   }
   std::array<std::int64_t, 3> counts{};
   EXPECT_FALSE((*board)->read_counters(counts));
@@ -133,11 +127,9 @@ TEST(BoardFactory, ANodeWithoutABoardIsAnError) {
   if (!has_comedi()) GTEST_SKIP() << "built without libcomedi";
   BoardConfig config;
   config.comedi.device = "/dev/null";
-  auto board = create_board(config);
-  ASSERT_TRUE(board);
-  const auto error = (*board)->engage(BoardUse::kInputs);
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->what.find("cannot open"), std::string::npos) << error->text();
+  auto board = test::value_of(create_board(config));
+  const auto error = test::error_of(board->engage(BoardUse::kInputs));
+  EXPECT_NE(error.what.find("cannot open"), std::string::npos) << error.text();
 }
 
 }  // namespace

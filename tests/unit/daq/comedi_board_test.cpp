@@ -15,6 +15,7 @@
 #include "tests/support/eventually.h"
 #include "tests/support/part_report.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/texts.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::daq {
@@ -108,9 +109,7 @@ TEST_F(ComediBoard, AnInstrumentsChannelsAreScannedAfterTheGauges) {
   EXPECT_NEAR(mean_v[0], -3.25, 20.0 / 65535.0);
   EXPECT_NEAR(mean_v[1], 6.5, 20.0 / 65535.0);
   config.spare_channels = {6.0, 7.0, 8.0, 9.0};
-  const auto refused = create_board(config);
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().limit.find("at most 3"), std::string::npos) << refused.error().text();
+  EXPECT_TRUE(test::holds(test::error_of(create_board(config)).limit, "at most 3"));
 }
 
 TEST_F(ComediBoard, TakesTheNarrowestRangeThatHoldsWhatIsWanted) {
@@ -122,9 +121,7 @@ TEST_F(ComediBoard, TakesTheNarrowestRangeThatHoldsWhatIsWanted) {
   EXPECT_DOUBLE_EQ(board->info().input_high_v, 5.0);
   EXPECT_TRUE(sees(*board, 3.0));
   config.comedi.input_high_v = 40.0;
-  const auto error = make()->engage(BoardUse::kInputs);
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->what.find("range"), std::string::npos);
+  EXPECT_TRUE(test::holds(test::error_of(make()->engage(BoardUse::kInputs)).what, "range"));
 }
 
 TEST_F(ComediBoard, ScansThatComeInPiecesArePutTogether) {
@@ -206,17 +203,13 @@ TEST_F(ComediBoard, ABoardThatWasPulledOutMayComeBack) {
 
 TEST_F(ComediBoard, InputsThatAnotherHoldsAreRefused) {
   stand_in.set_busy(true);
-  const auto error = make()->engage(BoardUse::kInputs);
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->remedy.find("other program"), std::string::npos) << error->text();
+  EXPECT_TRUE(test::holds(test::error_of(make()->engage(BoardUse::kInputs)).remedy, "other program"));
   EXPECT_EQ(stand_in.opened(), 0);
 }
 
 TEST_F(ComediBoard, ARateTheBoardCannotDoIsRefusedWithTheNearest) {
   stand_in.set_fastest_scan_ns(200'000);
-  const auto error = make()->engage(BoardUse::kInputs);
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->limit.find("5000.0 Hz"), std::string::npos) << error->text();
+  EXPECT_TRUE(test::holds(test::error_of(make()->engage(BoardUse::kInputs)).limit, "5000.0 Hz"));
   config.scan_rate_hz = 5000.0;
   EXPECT_FALSE(make()->engage(BoardUse::kInputs));
 }
@@ -225,7 +218,7 @@ TEST_F(ComediBoard, ChannelsAndSubdevicesThatAreNotThereAreRefused) {
   config.comedi.input_channels[5] = 99.0;
   auto error = make()->engage(BoardUse::kInputs);
   ASSERT_TRUE(error);
-  EXPECT_NE(error->limit.find("0 … 15"), std::string::npos) << error->text();
+  EXPECT_TRUE(test::holds(error->limit, "0 … 15"));
   config.comedi.input_channels[5] = 5.0;
   config.comedi.input_subdevice = 2;
   error = make()->engage(BoardUse::kInputs);
@@ -234,7 +227,7 @@ TEST_F(ComediBoard, ChannelsAndSubdevicesThatAreNotThereAreRefused) {
   config.comedi.counters = {{2.0, 0.0}};
   error = make()->engage(BoardUse::kMotion);
   ASSERT_TRUE(error);
-  EXPECT_NE(error->what.find("counter"), std::string::npos) << error->text();
+  EXPECT_TRUE(test::holds(error->what, "counter"));
   EXPECT_EQ(stand_in.opened(), 0);
 }
 
@@ -303,9 +296,8 @@ TEST_F(ComediBoard, ASoftwareCalibrationIsUsed) {
 TEST_F(ComediBoard, AMissingSoftwareCalibrationIsRefusedUnlessDoneWithout) {
   stand_in.set_soft_calibrated(true, folder.path("none.calibration"));
   stand_in.set_inputs_v({2.0});
-  const auto error = make()->engage(BoardUse::kInputs);
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->remedy.find("comedi_soft_calibrate"), std::string::npos) << error->text();
+  const auto error = test::error_of(make()->engage(BoardUse::kInputs));
+  EXPECT_TRUE(test::holds(error.remedy, "comedi_soft_calibrate"));
   config.comedi.calibrated = false;
   const auto board = make();
   ASSERT_FALSE(board->engage(BoardUse::kInputs));
@@ -338,9 +330,8 @@ TEST_F(ComediBoard, ASensorOnItSaysTheLoad) {
     stand_in.set_inputs_v(inputs);
   };
   put({}, {});
-  DaqSensorConfig sensor_config;
-  sensor_config.calibration_file = folder.write("sensor.cal", gauges.calibration_file({}));
-  sensor_config.engage_timeout_s = 20.0;
+  DaqSensorConfig sensor_config{.calibration_file = folder.write("sensor.cal", gauges.calibration_file({})),
+                                .engage_timeout_s = 20.0};
   auto made = test::value_of(DaqSensor::create(sensor_config, make()));
   const auto error = made->engage();
   ASSERT_FALSE(error) << error->text();
@@ -357,7 +348,7 @@ TEST_F(ComediBoard, ASensorOnItSaysTheLoad) {
   EXPECT_NEAR(sample.sensor_torque_n_mm.z, -10.0, 0.1);
   const hal::PartReport report = made->report();
   EXPECT_EQ(report.state, hal::PartState::kReady);
-  EXPECT_NE(report.connection.find("comedi"), std::string::npos);
+  EXPECT_TRUE(test::holds(report.connection, "comedi"));
   made->disengage();
   EXPECT_EQ(stand_in.opened(), 0);
 }

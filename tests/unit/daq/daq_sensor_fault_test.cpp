@@ -6,6 +6,7 @@
 
 #include "daq_bench.h"
 #include "tests/support/part_report.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::daq {
 namespace {
@@ -70,9 +71,7 @@ TEST_F(DaqSensorFault, ABoardThatIsGoneIsLostAndMayComeBack) {
 TEST_F(DaqSensorFault, ABoardThatIsGoneCannotBeEngaged) {
   bench.sensor->disengage();
   bench.board->vanish();
-  const auto error = bench.sensor->engage();
-  ASSERT_TRUE(error);
-  EXPECT_FALSE(error->remedy.empty());
+  EXPECT_FALSE(test::error_of(bench.sensor->engage()).remedy.empty());
   EXPECT_EQ(bench.read().status, status::kForceMissing);
 }
 
@@ -155,13 +154,10 @@ TEST_F(DaqSensorFault, AScriptedFaultHappensAtItsTime) {
 }
 
 TEST(DaqSensorEngage, ABoardWithoutScansIsRefusedInTime) {
-  DaqSensorConfig config;
-  config.engage_timeout_s = 0.1;
-  DaqBench bench({}, config);
+  DaqBench bench({}, {.engage_timeout_s = 0.1});
   bench.board->mute_scans();
-  const auto error = bench.sensor->engage();
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->what.find("no scans"), std::string::npos) << error->text();
+  const auto error = test::error_of(bench.sensor->engage());
+  EXPECT_NE(error.what.find("no scans"), std::string::npos) << error.text();
   EXPECT_FALSE(bench.board->engaged(BoardUse::kInputs)) << "nothing stays open";
 }
 

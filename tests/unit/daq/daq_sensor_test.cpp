@@ -84,9 +84,7 @@ TEST(DaqSensor, EngagingTakesTheFirstQuarterSecondAsZeroAndOnlyTheFirst) {
 }
 
 TEST(DaqSensor, WithoutABiasTheGaugesOffsetsShow) {
-  DaqSensorConfig config;
-  config.bias_on_engage = false;
-  DaqBench bench({}, config);
+  DaqBench bench({}, {.bias_on_engage = false});
   bench.engage();
   const hal::RigSample sample = bench.tick();
   const hal::Vector3& f = sample.sensor_force_n;
@@ -94,9 +92,7 @@ TEST(DaqSensor, WithoutABiasTheGaugesOffsetsShow) {
 }
 
 TEST(DaqSensor, BiasTakesTheMeanOfTheLastQuarterSecond) {
-  emulators::ScriptedBoardConfig noisy;
-  noisy.gauge_noise_v = 0.05;
-  DaqBench bench(noisy);
+  DaqBench bench({.gauge_noise_v = 0.05});
   bench.engage();
   bench.board->feed({1.0, 2.0, -3.0}, {10.0, 20.0, 30.0});
   for (int k = 0; k < 300; ++k) bench.tick();
@@ -175,9 +171,7 @@ TEST(DaqSensor, EveryBiasChangesTheSerialNumberWithTheFirstSampleThatUsesIt) {
 }
 
 TEST(DaqSensor, AxesAreTheToolsInTheSensors) {
-  DaqSensorConfig config;
-  config.axes = "-y +x +z";
-  DaqBench bench({}, config);
+  DaqBench bench({}, {.axes = "-y +x +z"});
   bench.engage();
   bench.board->feed({1.0, 2.0, 3.0}, {10.0, 20.0, 30.0});
   const hal::RigSample sample = bench.tick();
@@ -252,8 +246,7 @@ TEST(DaqSensor, ATickAsksForNoMemory) {
     bool read_raw_counters(std::span<std::uint64_t>) noexcept override { return false; }
     bool put_volts(std::span<const double>) noexcept override { return true; }
   };
-  DaqSensorConfig config;
-  config.calibration_file = bench.folder.path("sensor.cal");
+  DaqSensorConfig config{.calibration_file = bench.folder.path("sensor.cal")};
   auto made = DaqSensor::create(config, std::make_shared<SilentBoard>());
   ASSERT_TRUE(made);
   ASSERT_FALSE((*made)->engage());

@@ -9,8 +9,7 @@ namespace hapticd::daq {
 namespace {
 
 Scan numbered(std::int64_t number) {
-  Scan scan;
-  scan.time_ns = number;
+  Scan scan{.time_ns = number};
   scan.volts.fill(static_cast<double>(number));
   return scan;
 }

@@ -2,6 +2,7 @@
 
 #include <thread>
 
+#include "tests/support/value_of.h"
 #include "tests/unit/modbus/driven_rig.h"
 
 namespace hapticd::test {
@@ -37,9 +38,7 @@ class ModbusFrame : public testing::TestWithParam<std::string> {
               "contact with the drive was lost on the way: where the table stands is not known");
     rig.await_state(TurntableState::kLost);
     EXPECT_FALSE(rig.table->report().findings.empty());
-    const auto refused = rig.table->move_to(0.0, {});
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().what,
+    EXPECT_EQ(error_of(rig.table->move_to(0.0, {})).what,
               "the table's position is not known: it does not turn without a fresh one");
     rig.drive.set_faults({});
     // What it was doing meanwhile is ended, and it may be turned again.
@@ -74,11 +73,10 @@ TEST_P(ModbusFrame, EveryRequestRefused) {
 TEST_P(ModbusFrame, AnExceptionIsReportedByNameAndPlace) {
   DrivenRig rig(over());
   rig.drive.set_faults({.exception = 2});
-  const auto error = rig.table->engage();
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->what, "the drive refused: illegal data address");
-  EXPECT_EQ(error->value, "exception 2");
-  EXPECT_NE(error->where.find("0x006A"), std::string::npos) << error->where;  // the first it is set up with
+  const auto error = error_of(rig.table->engage());
+  EXPECT_EQ(error.what, "the drive refused: illegal data address");
+  EXPECT_EQ(error.value, "exception 2");
+  EXPECT_NE(error.where.find("0x006A"), std::string::npos) << error.where;  // the first it is set up with
   EXPECT_EQ(rig.table->status().state, TurntableState::kIdle);
 }
 
@@ -267,11 +265,10 @@ TEST(ModbusFault, AWrongWordOrderIsReportedWithTheRightOne) {
   ASSERT_EQ(rig.await_end(rig.table->move_to(45.0, {})).motion.end, MotionEnd::kArrived);
   rig.table->disengage();
   rig.drive.set_faults({.wrong_word_order = true});
-  const auto error = rig.table->engage();
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->what, "the drive's position is implausible");
-  EXPECT_NE(error->remedy.find("word_order = \"little\""), std::string::npos) << error->remedy;
-  EXPECT_NE(error->remedy.find("45 deg"), std::string::npos) << error->remedy;
+  const auto error = error_of(rig.table->engage());
+  EXPECT_EQ(error.what, "the drive's position is implausible");
+  EXPECT_NE(error.remedy.find("word_order = \"little\""), std::string::npos) << error.remedy;
+  EXPECT_NE(error.remedy.find("45 deg"), std::string::npos) << error.remedy;
 }
 
 TEST(ModbusFault, ANanIsNoPosition) {
@@ -340,9 +337,7 @@ TEST(ModbusTcp, NothingThereIsReportedAtOnceAndLeavesNothingOpen) {
                   impatient(config, settings);
                   config.link.port = port;
                 });
-  const auto error = rig.table->engage();
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->what, "cannot connect to the drive");
+  EXPECT_EQ(error_of(rig.table->engage()).what, "cannot connect to the drive");
   EXPECT_EQ(rig.table->status().state, TurntableState::kIdle);
   EXPECT_EQ(rig.table->report().state, hal::PartState::kIdle);
 }
@@ -353,10 +348,9 @@ TEST(ModbusRtu, APortThatIsNotThereIsReported) {
                   impatient(config, settings);
                   config.link.device = "/dev/no_such_port";
                 });
-  const auto error = rig.table->engage();
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->what, "cannot connect to the drive");
-  EXPECT_NE(error->where.find("/dev/no_such_port"), std::string::npos);
+  const auto error = error_of(rig.table->engage());
+  EXPECT_EQ(error.what, "cannot connect to the drive");
+  EXPECT_NE(error.where.find("/dev/no_such_port"), std::string::npos);
 }
 
 TEST(ModbusRtu, AnotherUnitsAnswersAreNotTaken) {

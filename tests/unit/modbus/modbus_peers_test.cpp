@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tests/support/child_process.h"
+#include "tests/support/eventually.h"
 #include "tests/support/value_of.h"
 #include "tests/unit/modbus/driven_rig.h"
 
@@ -87,10 +88,7 @@ TEST_P(Mbpoll, ReadsNumbersAndBitsOfTheEmulatedDrive) {
   EXPECT_NE(ask("-t 3:int -B -r 0").find("[0]: \t0"), std::string::npos) << ask("-t 3:int -B -r 0");
   ask("-t 4 -r 106", "1");  // enable
   ask("-t 4 -r 106", "5");  // home
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
-  while (!drive.motor().homed() && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  ASSERT_TRUE(eventually([&] { return drive.motor().homed(); }));
   const std::string status = ask("-t 3:hex -r 4");
   EXPECT_NE(status.find("0x000B"), std::string::npos) << status;  // enabled, homed, in position
   const std::string bit = ask("-t 1 -r 0");
@@ -102,10 +100,7 @@ TEST_P(Mbpoll, TurnsTheEmulatedDrive) {
   ask("-t 4:int -B -r 100", "12500");
   ask("-t 4:float -B -r 102", "90.0 360.0");
   ask("-t 4 -r 106", "3");
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
-  while (!drive.motor().in_position() && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  ASSERT_TRUE(eventually([&] { return drive.motor().in_position(); }));
   EXPECT_NEAR(drive.motor().counter_deg(), 12.5, 1e-6);
   const std::string position = ask("-t 3:int -B -r 0");
   EXPECT_NE(position.find("12500"), std::string::npos) << position;

@@ -7,6 +7,7 @@
 #include "server/rig_file/turntable_map.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/texts.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::test {
@@ -38,12 +39,6 @@ type = "s16"
 
 hal::Result<RegisterMap> parse(const std::string& text) {
   return server::parse_turntable_map(text, "test", "test");
-}
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
 }
 
 TEST(RegisterMap, AllBuiltInMapsAreInOrderAndReadBackAsTheSame) {
@@ -81,23 +76,24 @@ TEST(RegisterMap, RefusesByNameAndLine) {
   using enum hal::ErrorCode;
   expect_refusals(
       {
-          {with(kSmall, "unit = \"step\"", "unti = \"step\""), "'unti' in [registers.position]", kUnknownKey,
-           10},
-          {with(kSmall, "write = \"target\"", "wirte = \"target\""), "a step", kMalformed, 4},
-          {with(kSmall, "value = 1,", "value = 1, vaule = 2,"), "'vaule' in [start[1]]", kUnknownKey, 4},
-          {with(kSmall, "position_actual = \"position\"", "position_actual = \"postion\""),
+          {test::replaced(kSmall, "unit = \"step\"", "unti = \"step\""), "'unti' in [registers.position]",
+           kUnknownKey, 10},
+          {test::replaced(kSmall, "write = \"target\"", "wirte = \"target\""), "a step", kMalformed, 4},
+          {test::replaced(kSmall, "value = 1,", "value = 1, vaule = 2,"), "'vaule' in [start[1]]",
+           kUnknownKey, 4},
+          {test::replaced(kSmall, "position_actual = \"position\"", "position_actual = \"postion\""),
            "no such register", kUnknownWord, 2},
-          {with(kSmall, "address = 10", "address = 65536"), "'registers.position.address'", kOutOfRange, 8,
-           "0 … 65535"},
+          {test::replaced(kSmall, "address = 10", "address = 65536"), "'registers.position.address'",
+           kOutOfRange, 8, "0 … 65535"},
           {std::string("max_registers_per_read = 1") + kSmall, "'max_registers_per_read'", kOutOfRange, 1,
            "2 … 125"},
-          {with(kSmall, "address = 10\n", ""), "no address", kMissingKey, 6},
-          {with(kSmall, "\"s32\"", "\"s64\""), "'registers.position.type'", kUnknownWord, 9,
+          {test::replaced(kSmall, "address = 10\n", ""), "no address", kMissingKey, 6},
+          {test::replaced(kSmall, "\"s32\"", "\"s64\""), "'registers.position.type'", kUnknownWord, 9,
            "bit, u16, s16, u32, s32, f32"},
-          {with(kSmall, "value = 1,", "value = 1, set = 2,"), "a step", kMalformed, 4},
-          {with(kSmall, "value = 1,", "value = 1.5,"), "a step", kMalformed, 4},
-          {with(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]"), "register",
-           kMalformed, 15},
+          {test::replaced(kSmall, "value = 1,", "value = 1, set = 2,"), "a step", kMalformed, 4},
+          {test::replaced(kSmall, "value = 1,", "value = 1.5,"), "a step", kMalformed, 4},
+          {test::replaced(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]"),
+           "register", kMalformed, 15},
           {std::string(kSmall) + "[alarms]\nhot = \"x\"", "alarm", kMalformed, 19},
           {"stop = 3", "'stop'", kWrongType, 1},
           {"a = [", "test, line 1", kSyntax},
@@ -109,41 +105,39 @@ TEST(RegisterMap, RefusesWhatNoTableShouldBeTurnedWith) {
   using enum hal::ErrorCode;
   expect_refusals(
       {
-          {with(kSmall, "always_homed = true", ""), "homed", kMissingKey},
-          {with(kSmall, "stop = [{ register = \"go\", value = -1 }]", ""), "stop", kMissingKey},
-          {with(kSmall, "{ register = \"target\", write = \"target\" },", ""), "'start'", kMissingKey},
-          {with(kSmall, "position_actual = \"position\"", ""), "position_actual", kMissingKey},
-          {with(kSmall, "unit = \"step\"", "unit = \"motor_rpm\""), "the position", kContradiction},
-          {with(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\""), "'start'",
+          {test::replaced(kSmall, "always_homed = true", ""), "homed", kMissingKey},
+          {test::replaced(kSmall, "stop = [{ register = \"go\", value = -1 }]", ""), "stop", kMissingKey},
+          {test::replaced(kSmall, "{ register = \"target\", write = \"target\" },", ""), "'start'",
+           kMissingKey},
+          {test::replaced(kSmall, "position_actual = \"position\"", ""), "position_actual", kMissingKey},
+          {test::replaced(kSmall, "unit = \"step\"", "unit = \"motor_rpm\""), "the position", kContradiction},
+          {test::replaced(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\""), "'start'",
            kContradiction},
-          {with(kSmall, "address = 10", "address = 65535"), "the last address", kOutOfRange},
-          {with(kSmall, "address = 10", "address = 10\nscale = 0"), "scale", kOutOfRange},
+          {test::replaced(kSmall, "address = 10", "address = 65535"), "the last address", kOutOfRange},
+          {test::replaced(kSmall, "address = 10", "address = 10\nscale = 0"), "scale", kOutOfRange},
       },
       parse);
 }
 
 TEST(RegisterMap, ReadsTogetherWhatLiesTogetherAndNothingElse) {
-  const auto plain = server::find_turntable_map("plain_drive");
-  ASSERT_TRUE(plain);
-  EXPECT_EQ(modbus::read_plan(*plain), (std::vector<ReadBlock>{{Table::kInput, 0, 6}}));
-  RegisterMap limited = *plain;
+  const auto plain = value_of(server::find_turntable_map("plain_drive"));
+  EXPECT_EQ(modbus::read_plan(plain), (std::vector<ReadBlock>{{Table::kInput, 0, 6}}));
+  RegisterMap limited = plain;
   limited.max_registers_per_read = 3;
   EXPECT_EQ(modbus::read_plan(limited),
             (std::vector<ReadBlock>{{Table::kInput, 0, 2}, {Table::kInput, 2, 3}, {Table::kInput, 5, 1}}));
-  const auto az = server::find_turntable_map("oriental_az");
-  ASSERT_TRUE(az);
-  EXPECT_EQ(modbus::read_plan(*az),
+  const auto az = value_of(server::find_turntable_map("oriental_az"));
+  EXPECT_EQ(modbus::read_plan(az),
             (std::vector<ReadBlock>{{Table::kHolding, 0x7F, 3}, {Table::kHolding, 0xCC, 2}}));
 }
 
 TEST(RegisterMap, MakesSenseOfAnswers) {
-  const auto map = server::find_turntable_map("plain_drive");
-  ASSERT_TRUE(map);
-  const auto plan = modbus::read_plan(*map);
+  const auto map = value_of(server::find_turntable_map("plain_drive"));
+  const auto plan = modbus::read_plan(map);
   const modbus::Gear gear;
   // -90.5 deg, 2.5 deg/s, homed and moving, alarm code 7.
   const BlockWords words{{0xFFFE, 0x9E7C, 0x4020, 0x0000, 0x0006, 0x0007}};
-  const auto reading = modbus::interpret(*map, gear, plan, words);
+  const auto reading = modbus::interpret(map, gear, plan, words);
   EXPECT_NEAR(reading.position_deg, -90.5, 1e-9);
   EXPECT_NEAR(*reading.velocity_deg_per_s, 2.5, 1e-9);
   EXPECT_TRUE(*reading.homed);
@@ -154,32 +148,30 @@ TEST(RegisterMap, MakesSenseOfAnswers) {
 }
 
 TEST(RegisterMap, MakesNothingOfAnswersThatAreNotThere) {
-  const auto map = server::find_turntable_map("plain_drive");
-  ASSERT_TRUE(map);
-  const auto plan = modbus::read_plan(*map);
+  const auto map = value_of(server::find_turntable_map("plain_drive"));
+  const auto plan = modbus::read_plan(map);
   for (const BlockWords& words : {BlockWords{}, BlockWords{{}}, BlockWords{{1}}}) {
-    const auto reading = modbus::interpret(*map, {}, plan, words);
+    const auto reading = modbus::interpret(map, {}, plan, words);
     EXPECT_TRUE(std::isnan(reading.position_deg));
     EXPECT_FALSE(reading.homed);
   }
 }
 
 TEST(RegisterMap, ASwappedFloatThatLooksLikeNothingIsNoPosition) {
-  auto map = server::find_turntable_map("plain_drive");
-  ASSERT_TRUE(map);
-  modbus::Register& position = map->registers[map->position_actual];
+  auto map = value_of(server::find_turntable_map("plain_drive"));
+  modbus::Register& position = map.registers[map.position_actual];
   position.format = {modbus::NumberType::kF32, modbus::Order::kLittleFirst, modbus::Order::kBigFirst};
   position.scale = 1.0;
-  const auto plan = modbus::read_plan(*map);
+  const auto plan = modbus::read_plan(map);
   const BlockWords words{{0x42B4, 0x0000, 0, 0, 0, 0}};  // 90.0, high word first
-  EXPECT_TRUE(std::isnan(modbus::interpret(*map, {}, plan, words).position_deg));
-  const std::string hint = modbus::hint_of_order(*map, {}, plan, words, -180.0, 180.0);
+  EXPECT_TRUE(std::isnan(modbus::interpret(map, {}, plan, words).position_deg));
+  const std::string hint = modbus::hint_of_order(map, {}, plan, words, -180.0, 180.0);
   EXPECT_NE(hint.find("word_order = \"big\""), std::string::npos) << hint;
   EXPECT_NE(hint.find("90 deg"), std::string::npos) << hint;
 }
 
 TEST(RegisterMap, ConditionsMayBeMasksAndNegated) {
-  auto map = test::value_of(parse(with(kSmall, "[registers.go]", R"([status]
+  auto map = test::value_of(parse(test::replaced(kSmall, "[registers.go]", R"([status]
 moving = { register = "go", mask = 0xF0, equals = 0x20 }
 alarm = { register = "go", bit = 0, negated = true }
 [registers.go])")));

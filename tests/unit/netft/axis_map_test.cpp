@@ -16,22 +16,18 @@ void expect_vector(const Vector3& got, const Vector3& wanted) {
   EXPECT_EQ(got.z, wanted.z);
 }
 
-TEST(AxisMap, IsTheIdentityUnlessReported) {
-  const AxisMap map;
-  expect_vector(map.to_tool({1.0, 2.0, 3.0}), {1.0, 2.0, 3.0});
-  EXPECT_EQ(map.text(), "+x +y +z");
-}
-
 TEST(AxisMap, NamesTheSensorsAxisForEachOfTheTools) {
-  const auto map = test::value_of(AxisMap::parse("+y -x +z", "here"));
-  expect_vector(map.to_tool({1.0, 2.0, 3.0}), {2.0, -1.0, 3.0});
-  EXPECT_EQ(map.text(), "+y -x +z");
-}
-
-TEST(AxisMap, ReadsWithoutPlusAndBlanks) {
-  const auto map = AxisMap::parse("yzx", "here");
-  ASSERT_TRUE(map);
-  EXPECT_EQ(map->text(), "+y +z +x");
+  struct Case {
+    AxisMap map;
+    Vector3 tool;  ///< of (1, 2, 3) at the sensor
+    const char* text;
+  };
+  for (const Case& c : {Case{{}, {1.0, 2.0, 3.0}, "+x +y +z"},
+                        Case{test::value_of(AxisMap::parse("+y -x +z", "")), {2.0, -1.0, 3.0}, "+y -x +z"},
+                        Case{test::value_of(AxisMap::parse("yzx", "")), {2.0, 3.0, 1.0}, "+y +z +x"}}) {
+    expect_vector(c.map.to_tool({1.0, 2.0, 3.0}), c.tool);
+    EXPECT_EQ(c.map.text(), c.text);
+  }
 }
 
 /// Exactly the 24 rotations of the 48 signed permutations are mountings.

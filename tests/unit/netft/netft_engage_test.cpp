@@ -203,9 +203,7 @@ TEST(NetFtEngage, AfterARefusalItMayBeTriedAgain) {
 }
 
 TEST(NetFtEngage, SettingsThatCouldBeBetterAreFindingsWithARemedy) {
-  emulators::NetFtBoxSettings settings;
-  settings.rate_hz = 2000.0;
-  settings.user_filter = 4;
+  emulators::NetFtBoxSettings settings{.rate_hz = 2000.0, .user_filter = 4};
   settings.tool_transformation = "0;0;132.71;0;0;0";
   NetFtBench bench(settings);
   ASSERT_FALSE(bench.engage());
@@ -217,9 +215,7 @@ TEST(NetFtEngage, SettingsThatCouldBeBetterAreFindingsWithARemedy) {
 }
 
 TEST(NetFtEngage, AnotherFilterThanExpectedIsAFinding) {
-  emulators::NetFtBoxSettings settings;
-  settings.user_filter = 9;
-  NetFtBench bench(settings);
+  NetFtBench bench({.user_filter = 9});
   bench.config.low_pass_hz = 0.0;
   ASSERT_FALSE(bench.engage());
   EXPECT_TRUE(bench.finds("low-pass filter of 1500 Hz, expected is none"));

@@ -58,10 +58,7 @@ TEST_F(NetFtFedFaults, AnOvertakenSampleIsLeftOut) {
 }
 
 TEST(NetFtStream, TheSequenceMayWrapRound) {
-  emulators::NetFtBoxSettings settings;
-  settings.first_rdt_sequence = 0xffff'ffffU - 50;
-  settings.continue_sequence = true;
-  FedBench bench(settings);
+  FedBench bench({.first_rdt_sequence = 0xffff'ffffU - 50, .continue_sequence = true});
   ASSERT_FALSE(bench.engage());
   for (int i = 0; i < 100; ++i) bench.feed({1.0, 0.0, 0.0});
   EXPECT_EQ(bench.figure("samples_lost"), 0.0);

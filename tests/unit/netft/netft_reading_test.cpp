@@ -115,11 +115,8 @@ TEST(NetFtReading, TurnsTheSensorsAxesIntoTheTools) {
 TEST(NetFtReading, HonoursEveryUnitOfTheBox) {
   for (const char* force : {"N", "kN", "lbf", "klbf", "kgf", "gf"}) {
     for (const char* torque : {"Nm", "N-mm", "kNm", "lbf-in", "lbf-ft", "kgf-cm"}) {
-      emulators::NetFtBoxSettings settings;
-      settings.force_unit = force;
-      settings.torque_unit = torque;
-      settings.counts_per_force = 2e6;
-      settings.counts_per_torque = 5e6;
+      emulators::NetFtBoxSettings settings{
+          .counts_per_force = 2e6, .counts_per_torque = 5e6, .force_unit = force, .torque_unit = torque};
       FedBench bench(settings);
       const auto error = bench.engage();
       ASSERT_FALSE(error) << force << " " << torque << ": " << error->text();
@@ -135,12 +132,11 @@ TEST(NetFtReading, HonoursEveryUnitOfTheBox) {
 }
 
 TEST(NetFtReading, BelievesCountsGivenByHandWhereThereIsNoPage) {
-  emulators::NetFtBoxSettings settings;
-  settings.has_page = false;
-  settings.counts_per_force = 4000.0;
-  settings.counts_per_torque = 200.0;
-  settings.force_unit = "lbf";
-  settings.torque_unit = "Nmm";
+  emulators::NetFtBoxSettings settings{.counts_per_force = 4000.0,
+                                       .counts_per_torque = 200.0,
+                                       .force_unit = "lbf",
+                                       .torque_unit = "Nmm",
+                                       .has_page = false};
   FedBench bench(settings);
   bench.config.read_configuration = false;
   bench.config.counts_per_force = 4000.0;
@@ -156,9 +152,7 @@ TEST(NetFtReading, BelievesCountsGivenByHandWhereThereIsNoPage) {
 }
 
 TEST(NetFtReading, TakesDatagramsOfSeveralRecords) {
-  emulators::NetFtBoxSettings settings;
-  settings.records_per_datagram = 5;
-  FedBench bench(settings);
+  FedBench bench({.records_per_datagram = 5});
   ASSERT_FALSE(bench.engage());
   for (int i = 0; i < 5; ++i) bench.box.feed({2.0, 0.0, 0.0}, {});  // ends what was begun
   bench.settle();

@@ -5,27 +5,20 @@
 namespace hapticd::netft {
 namespace {
 
-TEST(RdtStatus, NothingSetIsWell) {
-  const RdtFitness fitness = judge_rdt_status(0);
-  EXPECT_FALSE(fitness.faulty || fitness.saturated || fitness.warning);
-  EXPECT_TRUE(describe_rdt_status(0).empty());
-}
-
-TEST(RdtStatus, ALatchedConditionIsAWarningOnly) {
-  for (const std::uint32_t status : {0x8001'0000U, 0x0001'0000U}) {
-    const RdtFitness fitness = judge_rdt_status(status);
-    EXPECT_TRUE(fitness.warning);
-    EXPECT_FALSE(fitness.faulty);
-    EXPECT_FALSE(fitness.saturated);
-    ASSERT_EQ(describe_rdt_status(status).size(), 1U);
+TEST(RdtStatus, ALatchedConditionIsAWarningOnlyAndSaturationNoFault) {
+  struct Case {
+    std::uint32_t status;
+    bool saturated, warning;
+    std::size_t lines;
+  };
+  for (const Case& c : {Case{0, false, false, 0}, Case{0x8001'0000U, false, true, 1},
+                        Case{0x0001'0000U, false, true, 1}, Case{0x8002'0000U, true, false, 1}}) {
+    const RdtFitness fitness = judge_rdt_status(c.status);
+    EXPECT_FALSE(fitness.faulty) << c.status;
+    EXPECT_EQ(fitness.saturated, c.saturated) << c.status;
+    EXPECT_EQ(fitness.warning, c.warning) << c.status;
+    EXPECT_EQ(describe_rdt_status(c.status).size(), c.lines) << c.status;
   }
-}
-
-TEST(RdtStatus, SaturationIsNoFault) {
-  const RdtFitness fitness = judge_rdt_status(0x8002'0000U);
-  EXPECT_TRUE(fitness.saturated);
-  EXPECT_FALSE(fitness.faulty);
-  EXPECT_FALSE(fitness.warning);
 }
 
 TEST(RdtStatus, EveryOtherBitIsAFaultWhetherDocumentedOrNot) {

@@ -30,6 +30,17 @@ class OnTheBench : public testing::Test {
     world->start();
     ASSERT_FALSE(hd->device->engage());
   }
+  /// The hand presses with 2 N and holds.
+  void run_under_a_press() {
+    HandProgram press{.kind = HandProgram::Kind::kPress,
+                      .force_n = 2.0,
+                      .force_rate_n_per_s = 10.0,
+                      .approach_mm_per_s = 100.0,
+                      .hold_s = 60.0,
+                      .travel_s = 0.2};
+    ASSERT_FALSE(world->set_program(press));
+    hd->start_running();
+  }
   void TearDown() override {
     if (hd != nullptr) hd->stop_running();
     world = nullptr;  // before its page
@@ -50,15 +61,7 @@ class OnTheBench : public testing::Test {
 
 TEST_F(OnTheBench, APressingHandFeelsTheForceThatIsRendered) {
   set_up();
-  HandProgram press;
-  press.kind = HandProgram::Kind::kPress;
-  press.force_n = 2.0;
-  press.approach_mm_per_s = 100.0;
-  press.travel_s = 0.2;
-  press.force_rate_n_per_s = 10.0;
-  press.hold_s = 60.0;
-  ASSERT_FALSE(world->set_program(press));
-  hd->start_running();
+  run_under_a_press();
   ASSERT_TRUE(truly([](const BenchTruth& t) { return t.truth.in_contact && t.truth.normal_force_n > 1.5; }));
 
   // The sensor shows the object's reaction, the driver of where the tip is.
@@ -106,12 +109,11 @@ TEST_F(OnTheBench, WhatIsAskedSidewaysPushesThatWay) {
 
 TEST_F(OnTheBench, PoseAndOrientationComeThroughTheVendorsFrame) {
   set_up({}, {100.0, -50.0, 20.0});
-  HandProgram sway;
-  sway.kind = HandProgram::Kind::kSway;
-  sway.tilt_deg = 30.0;
-  sway.hold_s = -1.0;
-  sway.place_mm = {15.0, -10.0, 5.0};
-  sway.travel_s = 0.3;
+  HandProgram sway{.kind = HandProgram::Kind::kSway,
+                   .hold_s = -1.0,
+                   .place_mm = {15.0, -10.0, 5.0},
+                   .travel_s = 0.3,
+                   .tilt_deg = 30.0};
   ASSERT_FALSE(world->set_program(sway));
   hd->start_running();
   ASSERT_TRUE(truly([](const BenchTruth& t) { return t.truth.tip_position_mm.x > 5.0; }));
@@ -131,15 +133,7 @@ TEST_F(OnTheBench, PoseAndOrientationComeThroughTheVendorsFrame) {
 
 TEST_F(OnTheBench, AnObjectVanishesUnderAPressAndForceInFreeAirIsReported) {
   set_up();
-  HandProgram press;
-  press.kind = HandProgram::Kind::kPress;
-  press.force_n = 2.0;
-  press.approach_mm_per_s = 100.0;
-  press.travel_s = 0.2;
-  press.force_rate_n_per_s = 10.0;
-  press.hold_s = 60.0;
-  ASSERT_FALSE(world->set_program(press));
-  hd->start_running();
+  run_under_a_press();
   ASSERT_TRUE(truly([](const BenchTruth& t) { return t.truth.normal_force_n > 1.5; }));
   hd->body->ask({0.0, 0.0, 0.5});
   ASSERT_TRUE(truly([](const BenchTruth& t) { return t.truth.device_force_n.z > 0.45; }));
@@ -175,8 +169,7 @@ TEST_F(OnTheBench, TurnsAtItsRateAndKeepsTheTruthAsASeries) {
 TEST(EmulatedBenchConfiguration, IsChecked) {
   TemporaryFolder folder;
   HdPage page(folder.path("page"));
-  BenchConfig config;
-  config.rate_hz = 1e6;
+  BenchConfig config{.rate_hz = 1e6};
   EXPECT_FALSE(EmulatedBench::create(config, page, {}));
   config = {};
   config.simulation.object = "nothing like it";

@@ -8,6 +8,7 @@
 #include "hal/openhaptics/device_figures.h"
 #include "hd_bench.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 namespace {
@@ -21,13 +22,12 @@ std::optional<hal::Error> refusal(const std::function<void(OpenHapticsConfig&)>&
 }
 
 TEST(OpenHapticsConfiguration, TheDefaultIsSoundAndOpensNothing) {
-  auto device = OpenHapticsDevice::create({});
-  ASSERT_TRUE(device);
-  EXPECT_EQ((*device)->report().state, hal::PartState::kIdle);
-  EXPECT_EQ((*device)->clock(), device->get());
-  EXPECT_EQ((*device)->info().model, "phantom_premium_1_5");
-  EXPECT_DOUBLE_EQ((*device)->info().max_force_n, 8.5);
-  EXPECT_DOUBLE_EQ((*device)->info().structural_stiffness_n_per_mm, 3.5);
+  auto device = value_of(OpenHapticsDevice::create({}));
+  EXPECT_EQ(device->report().state, hal::PartState::kIdle);
+  EXPECT_EQ(device->clock(), device.get());
+  EXPECT_EQ(device->info().model, "phantom_premium_1_5");
+  EXPECT_DOUBLE_EQ(device->info().max_force_n, 8.5);
+  EXPECT_DOUBLE_EQ(device->info().structural_stiffness_n_per_mm, 3.5);
 }
 
 TEST(OpenHapticsConfiguration, EveryValueHasItsRange) {
@@ -68,9 +68,8 @@ TEST(OpenHapticsConfiguration, OverridesTheDataSheet) {
   config.structural_stiffness_n_per_mm = 0.0;
   config.apparent_mass_g = 50.0;
   config.position_resolution_mm = 0.01;
-  auto device = OpenHapticsDevice::create(config);
-  ASSERT_TRUE(device);
-  const hal::DeviceInfo& info = (*device)->info();
+  auto device = value_of(OpenHapticsDevice::create(config));
+  const hal::DeviceInfo& info = device->info();
   EXPECT_DOUBLE_EQ(info.max_force_n, 2.0);
   EXPECT_DOUBLE_EQ(info.max_continuous_force_n, 0.88);
   EXPECT_DOUBLE_EQ(info.structural_stiffness_n_per_mm, 0.0);
@@ -81,10 +80,9 @@ TEST(OpenHapticsConfiguration, OverridesTheDataSheet) {
 TEST(OpenHapticsConfiguration, AHighForceModelIsPointedToTheOtherDriverBeforeItIsOpened) {
   OpenHapticsConfig config;
   config.model = "phantom_premium_1_5_high_force";
-  auto device = OpenHapticsDevice::create(config);
-  ASSERT_TRUE(device);
-  ASSERT_EQ((*device)->report().findings.size(), 1U);
-  EXPECT_NE((*device)->report().findings[0].find("hal/phantom"), std::string::npos);
+  auto device = value_of(OpenHapticsDevice::create(config));
+  ASSERT_EQ(device->report().findings.size(), 1U);
+  EXPECT_NE(device->report().findings[0].find("hal/phantom"), std::string::npos);
   EXPECT_TRUE(openhaptics::names_high_force("PHANToM Premium 1.5 HighForce"));
   EXPECT_TRUE(openhaptics::names_high_force("Premium 1.5HF"));
   EXPECT_FALSE(openhaptics::names_high_force("PHANTOM Omni"));
@@ -115,12 +113,11 @@ TEST(OpenHapticsConfiguration, AFolderThatCannotBeReadIsNamed) {
 TEST(OpenHapticsConfiguration, ADeviceThatIsNotFoundIsReportedWithItsFolder) {
   OpenHapticsConfig config;
   config.vendor_library_names = "/nowhere/libHD.so";
-  auto device = OpenHapticsDevice::create(config);
-  ASSERT_TRUE(device);
+  auto device = value_of(OpenHapticsDevice::create(config));
   const TemporaryFolder folder;
   setenv("GTDD_HOME", folder.path("missing").c_str(), 1);
-  ASSERT_TRUE((*device)->engage());
-  const auto findings = (*device)->report().findings;
+  ASSERT_TRUE(device->engage());
+  const auto findings = device->report().findings;
   unsetenv("GTDD_HOME");
   ASSERT_FALSE(findings.empty());
   EXPECT_NE(findings.back().find(folder.path("missing")), std::string::npos) << findings.back();

@@ -70,9 +70,7 @@ TEST(OpenHapticsFaults, FromTheFaultToNoForceItTakesOneTick) {
 
 TEST(OpenHapticsFaults, AStackWithoutAnEndIsAFaultAndNoTrap) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(5));
+  ASSERT_TRUE(bench.runs(5));
   bench.page.device().frame_error = 0x0200;
   bench.page.device().frame_error_burst = 1000;
   bench.page.device().frame_error_frames = 10;

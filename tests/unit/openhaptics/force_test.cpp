@@ -225,9 +225,7 @@ TEST(OpenHapticsForce, ReportsItsAngles) {
 
 TEST(OpenHapticsForce, ADeviceWithoutAnglesIsNotAtFault) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(50));
+  ASSERT_TRUE(bench.runs(50));
   EXPECT_FALSE(bench.body->sample().angles.known);
   EXPECT_EQ(bench.body->seen() & status::kDeviceFault, 0U);
 }
@@ -235,10 +233,8 @@ TEST(OpenHapticsForce, ADeviceWithoutAnglesIsNotAtFault) {
 TEST(OpenHapticsForce, ADeviceWithoutTemperaturesIsNotAtFault) {
   HdBench bench;
   bench.page.device().lacks_temperature = true;
-  ASSERT_FALSE(bench.device->engage());
   bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(300));
+  ASSERT_TRUE(bench.runs(300));
   EXPECT_EQ(bench.body->seen() & (status::kDeviceFault | status::kDeviceWarm), 0U);
   EXPECT_EQ(bench.figure("motor_1_temperature"), -1.0);
   EXPECT_TRUE(bench.feels(1.0));

@@ -111,10 +111,8 @@ TEST(OpenHapticsFrame, WhatIsNoRotationIsRefused) {
 TEST(OpenHapticsFrame, PositionAndForceGoThroughTheDeviceInOneFrame) {
   HdBench bench([](OpenHapticsConfig& config) { config.origin_mm = {10.0, 20.0, 30.0}; });
   bench.page.set_pose({11.0, 22.0, 33.0}, {});
-  ASSERT_FALSE(bench.device->engage());
   bench.body->ask({0.1, -0.3, 0.2});
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(3));
+  ASSERT_TRUE(bench.runs(3));
   expect_near(bench.body->sample().tip_position_mm, {1.0, -3.0, 2.0}, 1e-12);
   EXPECT_EQ(bench.body->sample().status, 0U);
   ASSERT_TRUE(bench.feels(0.2));
@@ -124,9 +122,7 @@ TEST(OpenHapticsFrame, PositionAndForceGoThroughTheDeviceInOneFrame) {
 TEST(OpenHapticsFrame, ThePositionsAgeCountsFromTheFrameInWhichItWasRead) {
   HdBench bench([](OpenHapticsConfig&) {});
   bench.page.set_pose({11.0, 22.0, 33.0}, {});
-  ASSERT_FALSE(bench.device->engage());
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(3));
+  ASSERT_TRUE(bench.runs(3));
   const std::int64_t age_ns = bench.body->sample().position_age_ns;
   EXPECT_GE(age_ns, 0);
   EXPECT_LT(age_ns, 100'000'000);
@@ -141,9 +137,7 @@ TEST(OpenHapticsFrame, TheTipHangsOnTheStylusAsItIsMounted) {
     config.tool_to_stylus = {std::sqrt(0.5), 0.0, 0.0, std::sqrt(0.5)};  // a quarter turn about the stylus
   });
   bench.page.set_pose({0.0, 100.0, 0.0}, {std::sqrt(0.5), -std::sqrt(0.5), 0.0, 0.0});  // end up
-  ASSERT_FALSE(bench.device->engage());
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(3));
+  ASSERT_TRUE(bench.runs(3));
   expect_near(bench.body->sample().tip_position_mm, {0.0, 0.0, 40.0}, 1e-9);
   expect_near(rotated(bench.body->sample().tip_orientation, {1.0, 0.0, 0.0}), {0.0, 1.0, 0.0}, 1e-9);
 }
@@ -172,9 +166,7 @@ TEST(OpenHapticsFrame, APoseThatIsNoneIsAFaultAndTheLastOneStays) {
 TEST(OpenHapticsFrame, AMirroredTransformKeepsTheLastOrientationAndIsCounted) {
   HdBench bench;
   bench.page.set_pose({}, {std::sqrt(0.5), -std::sqrt(0.5), 0.0, 0.0});
-  ASSERT_FALSE(bench.device->engage());
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(3));
+  ASSERT_TRUE(bench.runs(3));
   bench.page.device().transform_is_mirrored = true;
   ASSERT_TRUE(eventually([&] { return bench.figure("orientations_rejected") > 2.0; }));
   expect_near(rotated(bench.body->sample().tip_orientation, {0.0, 0.0, 1.0}), {0.0, 0.0, 1.0}, 1e-9);

@@ -109,6 +109,12 @@ class HdBench {
     start_running();
     return feels(z_n);
   }
+  /// Engaged, running, and so many ticks on.
+  bool runs(std::uint64_t tick_count) {
+    if (device->engage()) return false;
+    start_running();
+    return ticks(tick_count);
+  }
   /// Ticks that begin from now on: those under way may have measured before.
   bool ticks(std::uint64_t count) {
     const std::uint64_t from = body->calls();

@@ -18,10 +18,8 @@ std::vector<HdEvent> from(const std::vector<HdEvent>& events, HdEvent first) {
 
 TEST(OpenHapticsScheduler, RunsTheBodyOncePerTickAndLeavesWithTheForceOff) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
   bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(50));
+  ASSERT_TRUE(bench.runs(50));
   ASSERT_TRUE(bench.feels(1.0));
   EXPECT_TRUE(bench.leaves_clean());
   EXPECT_EQ(
@@ -35,9 +33,7 @@ TEST(OpenHapticsScheduler, TheStandInIsLateWhereItsPageSaysSo) {
   std::vector<double> late_us(20, 0.0);
   late_us.push_back(8000.0);
   bench.page.set_late_ticks(late_us);
-  ASSERT_FALSE(bench.device->engage());
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(5));
+  ASSERT_TRUE(bench.runs(5));
   // A tick that is 8 ms late leaves 7 ms without one, whatever the machine does; even ticks leave none but by
   // the machine's own doing, and are in the majority.
   int gaps = 0;
@@ -82,9 +78,7 @@ TEST(OpenHapticsScheduler, AskedToRunUnengagedReturnsAtOnce) {
 
 TEST(OpenHapticsScheduler, ASecondRunAtATimeIsRefusedAndOneAfterTheOtherIsNot) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.start_running();
-  ASSERT_TRUE(bench.ticks(5));
+  ASSERT_TRUE(bench.runs(5));
   Body other(*bench.device);
   bench.device->run(other, bench.stop);  // would hang here otherwise
   EXPECT_EQ(other.calls(), 0U);

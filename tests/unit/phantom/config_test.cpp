@@ -43,8 +43,7 @@ TEST(PhantomConfig, WhatNoSheetSaysIsReportedWithItsSource) {
   EXPECT_TRUE(
       reports(*phantom_preset("phantom_premium_1_5_high_force"), "torque_constant_n_mm_per_a", "assumed"));
   EXPECT_FALSE(reports(PhantomConfig{}, "torque_constant_n_mm_per_a", "")) << "the 1.5's is published";
-  PhantomConfig measured;
-  measured.amplifier_gain_a_per_v = {0.5, 0.5, 0.5};
+  PhantomConfig measured{.amplifier_gain_a_per_v = {0.5, 0.5, 0.5}};
   EXPECT_TRUE(reports(measured, "amplifier_gain_a_per_v", "configuration"));
 }
 

@@ -79,9 +79,7 @@ class TellingBoard final : public daq::Board {
 };
 
 [[noreturn]] void end_with_force_on(void (*end)(int)) {
-  PhantomConfig config;
-  config.home_on_engage = true;
-  config.home_still_ms = 0.0;
+  PhantomConfig config{.home_still_ms = 0.0, .home_on_engage = true};
   config.watchdog_ms = 1000.0;  // not this one's doing
   auto made = PhantomDevice::create(config, std::make_shared<TellingBoard>());
   if (!made || (*made)->engage()) std::abort();

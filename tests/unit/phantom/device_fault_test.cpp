@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "device_bench.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::phantom {
 namespace {
@@ -107,14 +108,10 @@ TEST_F(PhantomDeviceFault, ABoardThatIsGoneCannotBeEngaged) {
   EXPECT_EQ(bench.read().status, status::kDeviceNotReady);
   bench.board->vanish(false);
   bench.board->fail_counters();
-  const auto counters = bench.device->engage();
-  ASSERT_TRUE(counters);
-  EXPECT_NE(counters->what.find("counts"), std::string::npos);
+  EXPECT_NE(test::error_of(bench.device->engage()).what.find("counts"), std::string::npos);
   bench.board->fail_counters(false);
   bench.board->fail_outputs();
-  const auto outputs = bench.device->engage();
-  ASSERT_TRUE(outputs);
-  EXPECT_NE(outputs->what.find("volts"), std::string::npos);
+  EXPECT_NE(test::error_of(bench.device->engage()).what.find("volts"), std::string::npos);
   EXPECT_FALSE(bench.board->engaged(daq::BoardUse::kMotion)) << "nothing stays open";
 }
 
@@ -161,9 +158,7 @@ TEST_F(PhantomDeviceFault, CommandsThatAreNoNumbersAreZero) {
 
 TEST_F(PhantomDeviceFault, ACommandHeldTooLongWhileHotIsAFault) {
   // The loop is away for seconds at full force and, for the sake of this test, the watchdog sleeps too.
-  PhantomConfig config;
-  config.watchdog_ms = 1000.0;
-  DeviceBench other(config);
+  DeviceBench other({.watchdog_ms = 1000.0});
   other.make_ready();
   other.tick({0.0, 0.0, 6.5});
   for (int k = 0; k < 30; ++k) other.pass_ms(100.0);
@@ -216,12 +211,9 @@ TEST_F(PhantomDeviceFault, ADogThatIsNotObeyedGoesOnTrying) {
 TEST_F(PhantomDeviceFault, TickAndDogInEachOthersWay) {
   // Live: a loop that stalls now and then, in real time, while the dog watches and others ask.
   auto board = std::make_shared<emulators::ScriptedBoard>();
-  PhantomConfig config;
-  config.watchdog_ms = 2.0;
-  config.home_still_ms = 1.0;
-  auto made = PhantomDevice::create(config, board);
-  ASSERT_TRUE(made);
-  PhantomDevice& device = **made;
+  PhantomConfig config{.watchdog_ms = 2.0, .home_still_ms = 1.0};
+  auto made = test::value_of(PhantomDevice::create(config, board));
+  PhantomDevice& device = *made;
   ASSERT_FALSE(device.engage());
   ASSERT_FALSE(device.home());
   std::atomic<bool> stop{false};

@@ -58,9 +58,7 @@ TEST(PhantomDevice, IsHomedOnlyWhenTheArmRests) {
 }
 
 TEST(PhantomDevice, MayBeHomedByItself) {
-  PhantomConfig config;
-  config.home_on_engage = true;
-  DeviceBench bench(config);
+  DeviceBench bench({.home_on_engage = true});
   ASSERT_FALSE(bench.device->engage());
   for (int k = 0; k < 150; ++k) bench.tick();
   EXPECT_TRUE(bench.device->homed());
@@ -68,10 +66,8 @@ TEST(PhantomDevice, MayBeHomedByItself) {
 
 TEST(PhantomDevice, TellsWhereTheTipIsToItsResolution) {
   for (const int bits : {16, 24, 32}) {
-    PhantomConfig config;
-    config.origin_mm = {-180.0, 20.0, 300.0};
-    emulators::ScriptedBoardConfig board;
-    board.counter_bits = bits;
+    PhantomConfig config{.origin_mm = {-180.0, 20.0, 300.0}};
+    emulators::ScriptedBoardConfig board{.counter_bits = bits};
     board.arm.shoulder_mm = config.origin_mm;
     DeviceBench bench(config, board);
     bench.make_ready();
@@ -84,10 +80,7 @@ TEST(PhantomDevice, TellsWhereTheTipIsToItsResolution) {
 }
 
 TEST(PhantomDevice, SignsOfEncodersAndMotorsAreConfiguration) {
-  PhantomConfig config;
-  config.encoder_sign = {-1.0, 1.0, 1.0};
-  config.motor_sign = {-1.0, 1.0, 1.0};
-  DeviceBench bench(config);
+  DeviceBench bench({.encoder_sign = {-1.0, 1.0, 1.0}, .motor_sign = {-1.0, 1.0, 1.0}});
   bench.make_ready();
   EXPECT_NEAR(bench.turn_to({}, {0.02, 0.0, 0.0}).tip_position_mm.y, -215.0 * std::sin(0.02), 0.03);
   bench.turn_to({0.02, 0.0, 0.0}, {});
@@ -236,9 +229,9 @@ TEST(PhantomDevice, ASensorMayLiveOnTheSameBoard) {
   DeviceBench bench;
   bench.make_ready();
   const test::TemporaryFolder folder;
-  daq::DaqSensorConfig config;
-  config.calibration_file = folder.write("sensor.cal", bench.board->gauges().calibration_file({}));
-  config.bias_on_engage = false;
+  daq::DaqSensorConfig config{
+      .calibration_file = folder.write("sensor.cal", bench.board->gauges().calibration_file({})),
+      .bias_on_engage = false};
   auto sensor = test::value_of(daq::DaqSensor::create(config, bench.board));
   std::thread clock([&] {
     test::eventually([&] { return bench.board->engaged(daq::BoardUse::kInputs); });
@@ -260,8 +253,7 @@ TEST(PhantomDevice, ASensorMayLiveOnTheSameBoard) {
 }
 
 TEST(PhantomDevice, WrongBoardsAndValuesAreRefused) {
-  PhantomConfig config;
-  config.watchdog_ms = -1.0;
+  PhantomConfig config{.watchdog_ms = -1.0};
   EXPECT_FALSE(PhantomDevice::create(config, std::make_shared<emulators::ScriptedBoard>()));
   EXPECT_FALSE(PhantomDevice::create({}, nullptr));
 }

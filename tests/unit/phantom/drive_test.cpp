@@ -84,9 +84,7 @@ TEST(Drive, VoltsMakeThatForceAtTheTipOfAnotherDescriptionOfTheArm) {
 }
 
 TEST(Drive, CountsAreTurnsOfTheJoints) {
-  PhantomConfig config;
-  config.encoder_sign = {1.0, 1.0, -1.0};
-  const Drive drive(config);
+  const Drive drive({.encoder_sign = {1.0, 1.0, -1.0}});
   const JointAngles turn = drive.turn_rad({4096 + 10, 10, -4096}, {10, 10, 0});
   EXPECT_NEAR(turn[0], 2.0 * std::numbers::pi / 13.3, 1e-12);
   EXPECT_EQ(turn[1], 0.0);

@@ -107,9 +107,7 @@ TEST(RingFolder, KeepsTheRingOfADaemonThatRunsAndRemovesADamagedOne) {
   const auto first = value_of(take_ring(folder.path(), kColumns, 50, 1000.0, left));
   demand(first->write(rows_from(0, 10)));
   const std::string path = folder.path("flight-0.ring");
-  const auto held = FlightRing::open_left(path);
-  ASSERT_FALSE(held);
-  EXPECT_EQ(held.error().code, hal::ErrorCode::kInUse);
+  EXPECT_EQ(test::error_of(FlightRing::open_left(path)).code, hal::ErrorCode::kInUse);
   const std::string damaged = folder.write("flight-1.ring", "no ring");
   EXPECT_EQ(FlightRing::open_left(damaged).error().code, hal::ErrorCode::kDamaged);
 
@@ -162,9 +160,8 @@ TEST(RingFolder, RefusesOneDaemonTooMany) {
   for (int i = 0; i < kMaxRings; ++i) {
     rings.push_back(value_of(take_ring(folder.path(), kColumns, 5, 1000.0, left)));
   }
-  const auto refused = take_ring(folder.path(), kColumns, 5, 1000.0, left);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().code, hal::ErrorCode::kInUse);
+  const hal::Error refused = test::error_of(take_ring(folder.path(), kColumns, 5, 1000.0, left));
+  EXPECT_EQ(refused.code, hal::ErrorCode::kInUse);
 }
 
 TEST(FlightRing, ForeignFilesAreNone) {
@@ -173,9 +170,8 @@ TEST(FlightRing, ForeignFilesAreNone) {
   EXPECT_FALSE(FlightRing::open_left(folder.write("b", std::string(100'000, 'x'))));
   EXPECT_FALSE(FlightRing::open_left(folder.path("none")));
   const std::string nowhere = folder.write("file", "") + "/r.ring";
-  const auto refused = FlightRing::create(nowhere, kColumns, 10, 1000.0);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().where, nowhere);
+  const hal::Error refused = test::error_of(FlightRing::create(nowhere, kColumns, 10, 1000.0));
+  EXPECT_EQ(refused.where, nowhere);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 
 #include "hal/recording/recording_names.h"
 #include "tests/support/room_for_threads.h"
+#include "tests/support/texts.h"
+#include "tests/support/value_of.h"
 #include "tests/unit/recording/recording_fixture.h"
 
 namespace hapticd::server {
@@ -153,10 +155,9 @@ TEST_F(RecorderTest, RefusalsNameWhatIsWrong) {
   EXPECT_EQ(recorder().annotate("x", "")->error.what, "no recording is running");
   const RecordingInfo info = started();
   tick(5);
-  const auto second = recorder().start({"b", "", "", 0, 1});
-  ASSERT_FALSE(second);
-  EXPECT_EQ(second.refusal().reason, Reason::kBusy);
-  EXPECT_EQ(second.refusal().error.value, info.id);
+  const auto second = test::refusal_of(recorder().start({"b", "", "", 0, 1}));
+  EXPECT_EQ(second.reason, Reason::kBusy);
+  EXPECT_EQ(second.error.value, info.id);
   EXPECT_EQ(recorder().path_of(info.id).refusal().reason, Reason::kBusy);
   EXPECT_EQ(recorder().remove(info.id).refusal().reason, Reason::kBusy);
   EXPECT_TRUE(recorder().annotate("", ""));
@@ -170,33 +171,27 @@ TEST_F(RecorderTest, RefusalsNameWhatIsWrong) {
 
 TEST_F(RecorderTest, WithoutAFolderThereAreNoRecordings) {
   config_.folder.clear();
-  const auto refused = recorder().start({"", "", "", 0, 1});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().error.where, "[recording] folder");
+  EXPECT_EQ(test::refusal_of(recorder().start({"", "", "", 0, 1})).error.where, "[recording] folder");
 }
 
 TEST_F(RecorderTest, AFolderThatCannotBeWrittenIsNamed) {
   config_.folder = folder_.write("file", "");  // no folder can be below a file; root may write to any folder
   Recorder recorder(hub_, board_, sources_, config_);
-  const auto error = recorder.open();
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->where, config_.folder + "/recordings");
-  const auto refused = recorder.start({"", "", "", 0, 1});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().error.where, error->where);
+  const auto error = test::error_of(recorder.open());
+  EXPECT_EQ(error.where, config_.folder + "/recordings");
+  EXPECT_EQ(test::refusal_of(recorder.start({"", "", "", 0, 1})).error.where, error.where);
 }
 
 TEST_F(RecorderTest, AQuotaThatIsUsedUpIsNamedOrTheOldestMakesRoom) {
   config_.quota_mb = 1.0;
   fs::create_directories(recordings());
   std::ofstream(recordings() + "/20200101T000000Z_old.mcap") << std::string(1'500'000, 'x');
-  const auto refused = recorder().start({"", "", "", 0, 1});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().kind, RefusalKind::kResourceExhausted);
-  EXPECT_EQ(refused.refusal().reason, Reason::kDiskFull);
-  EXPECT_EQ(refused.refusal().error.code, hal::ErrorCode::kFull);
-  EXPECT_EQ(refused.refusal().error.where, "[recording] quota_mb");
-  EXPECT_EQ(refused.refusal().error.limit, "1 MB");
+  const auto refused = test::refusal_of(recorder().start({"", "", "", 0, 1}));
+  EXPECT_EQ(refused.kind, RefusalKind::kResourceExhausted);
+  EXPECT_EQ(refused.reason, Reason::kDiskFull);
+  EXPECT_EQ(refused.error.code, hal::ErrorCode::kFull);
+  EXPECT_EQ(refused.error.where, "[recording] quota_mb");
+  EXPECT_EQ(refused.error.limit, "1 MB");
   EXPECT_TRUE(fs::exists(recordings() + "/20200101T000000Z_old.mcap"));
 
   config_.when_full = WhenFull::kRemoveOldest;
@@ -216,7 +211,7 @@ TEST_F(RecorderTest, WithoutRoomForTheFirstSecondsNoneBegins) {
   EXPECT_EQ(full.refusal().reason, Reason::kDiskFull);
   EXPECT_EQ(full.refusal().error.what, "the disk is nearly full");
   EXPECT_EQ(full.refusal().error.where, recordings());
-  EXPECT_NE(full.refusal().error.limit.find("MB for the first seconds"), std::string::npos);
+  EXPECT_TRUE(test::holds(full.refusal().error.limit, "MB for the first seconds"));
   EXPECT_EQ(full.refusal().error.remedy, "make room there");
 
   config_.quota_mb = 1.0;
@@ -224,11 +219,10 @@ TEST_F(RecorderTest, WithoutRoomForTheFirstSecondsNoneBegins) {
   const std::string old = recordings() + "/20200101T000000Z_old.mcap";
   std::ofstream(old) << "x";
   recorder_.reset();
-  const auto too_much = recorder().start({"", "", "", 0, 1});
-  ASSERT_FALSE(too_much);
-  EXPECT_EQ(too_much.refusal().reason, Reason::kDiskFull);
-  EXPECT_EQ(too_much.refusal().error.what, "the quota is too small for this recording");
-  EXPECT_NE(too_much.refusal().error.value.find("MB for the first seconds"), std::string::npos);
+  const auto too_much = test::refusal_of(recorder().start({"", "", "", 0, 1}));
+  EXPECT_EQ(too_much.reason, Reason::kDiskFull);
+  EXPECT_EQ(too_much.error.what, "the quota is too small for this recording");
+  EXPECT_TRUE(test::holds(too_much.error.value, "MB for the first seconds"));
   EXPECT_FALSE(recorder().running());
   EXPECT_EQ(recorder().folder().ids(), std::vector{fs::path(old).stem().string()})
       << "none is deleted in vain";
@@ -293,8 +287,7 @@ TEST_F(RecorderTest, ARecordingThatOutgrowsTheQuotaEndsWhole) {
     return !recorder().running();
   }));
   const RecordingInfo info = stopped();
-  EXPECT_NE(info.end_reason.find("the quota is too small for this recording"), std::string::npos)
-      << info.end_reason;
+  EXPECT_TRUE(test::holds(info.end_reason, "the quota is too small for this recording"));
   const Seen seen = seen_of(info);
   EXPECT_TRUE(seen.end.is_finished);
   EXPECT_TRUE(seen.has(EventKind::kEnd));
@@ -338,8 +331,7 @@ TEST_F(RecorderTest, AFullDiskEndsTheRecordingAndNothingElse) {
       if (const auto running = recorder().running()) rows = running->rows;
     }
     const RecordingInfo info = stopped();
-    EXPECT_NE(info.end_reason.find("the file reached the largest size"), std::string::npos)
-        << info.end_reason;
+    EXPECT_TRUE(test::holds(info.end_reason, "the file reached the largest size"));
     const Seen seen = seen_of(info);
     EXPECT_TRUE(seen.end.is_finished) << seen.end.damage;
     EXPECT_GT(seen.ticks.size(), 100U);
@@ -376,24 +368,22 @@ TEST_F(RecorderTest, WhatAnEarlierRunLeftIsFinishedAtTheStart) {
   config.folder = other;
   Recorder next(hub_, board_, sources_, config);
   test::demand(next.open());
-  const auto list = next.list();
-  ASSERT_TRUE(list);
-  ASSERT_EQ(list->size(), 1U);
-  EXPECT_EQ(list->front().state, RecordingState::kRepaired);
-  EXPECT_EQ(list->front().name, "test");
+  const auto list = value_of(next.list());
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list.front().state, RecordingState::kRepaired);
+  EXPECT_EQ(list.front().name, "test");
   const Seen seen = read_all(left);
-  EXPECT_EQ(list->front().rows, seen.ticks.size());
-  EXPECT_NEAR(list->front().duration_s, seen.rows_s, 1e-6);
+  EXPECT_EQ(list.front().rows, seen.ticks.size());
+  EXPECT_NEAR(list.front().duration_s, seen.rows_s, 1e-6);
   EXPECT_TRUE(next.path_of(info.id));
 }
 
 TEST_F(RecorderTest, AForeignFileIsListedAsOne) {
   fs::create_directories(recordings());
   std::ofstream(recordings() + "/strange.mcap") << "no recording";
-  const auto list = recorder().list();
-  ASSERT_TRUE(list);
-  ASSERT_EQ(list->size(), 1U);
-  EXPECT_EQ(list->front().state, RecordingState::kForeign);
+  const auto list = value_of(recorder().list());
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list.front().state, RecordingState::kForeign);
 }
 
 }  // namespace

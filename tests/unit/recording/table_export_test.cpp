@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <sstream>
 
 #include "hal/replay/csv_file.h"
@@ -48,8 +47,8 @@ class TableExport : public testing::Test {
       output.add_rows(rows);
       if (tick == 5000) {
         recording::Event event;
-        event.tick = 5000;
         event.time_ns = 5'123'456'789;
+        event.tick = 5000;
         event.kind = recording::EventKind::kAnnotation;
         event.text = "half, \"way\"";
         output.add_event(event);
@@ -70,16 +69,9 @@ class TableExport : public testing::Test {
   const test::TemporaryFolder folder_;
 };
 
-std::string text_of_file(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 TEST_F(TableExport, CsvHasUnitsAndEveryDigit) {
   demand(export_table(request("a.csv")));
-  const std::string text = text_of_file(folder_.path("a.csv"));
+  const std::string text = test::file_text(folder_.path("a.csv"));
   EXPECT_NE(text.find("# recording.note: größer\n"), std::string::npos);
   EXPECT_NE(text.find("\ntick,time_s,contact_reaction_force_n,velocity_mm_per_s\n0,0.123456789,0,nan\n"),
             std::string::npos);
@@ -103,7 +95,7 @@ TEST_F(TableExport, ColumnsSpanAndDecimationAreThoseAskedFor) {
   wanted.to_s = 2.0;
   wanted.decimation = 100;
   demand(export_table(wanted));
-  const std::string text = text_of_file(wanted.output);
+  const std::string text = test::file_text(wanted.output);
   EXPECT_NE(text.find("\ntick,time_s,contact_reaction_force_n\n1000,"), std::string::npos);
   EXPECT_NE(text.find("\n2000,"), std::string::npos);
   EXPECT_EQ(text.find("\n1050,"), std::string::npos);
@@ -144,9 +136,8 @@ TEST_F(TableExport, WhatCannotBeExportedIsNamed) {
 TEST_F(TableExport, AFullDiskIsNamedAsOne) {
   ExportRequest wanted = request("a.csv");
   wanted.output = "/dev/full";
-  const auto error = export_table(wanted);
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->code, hal::ErrorCode::kFull) << error->text();
+  const auto error = test::error_of(export_table(wanted));
+  EXPECT_EQ(error.code, hal::ErrorCode::kFull) << error.text();
 }
 
 TEST_F(TableExport, FollowsALinkOnlyWhereItMay) {
@@ -195,7 +186,7 @@ assert f["events/text"].asstr()[0] == 'half, "way"'
 
 /// The rows of a CSV file, without its comments.
 std::string rows_of(const std::string& path) {
-  std::istringstream lines(text_of_file(path));
+  std::istringstream lines(test::file_text(path));
   std::string rows;
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with('#')) rows += line + '\n';
@@ -221,13 +212,12 @@ TEST_F(TableExport, AnHdf5TableGivesTheSameRowsAsItsRecording) {
 
 TEST_F(TableExport, AnHdf5FileThatIsNotOursIsNamed) {
   demand(export_table(request("a.h5")));
-  const std::string whole = text_of_file(folder_.path("a.h5"));
+  const std::string whole = test::file_text(folder_.path("a.h5"));
   ExportRequest wanted = request("b.csv");
   wanted.input = folder_.write("cut.h5", whole.substr(0, whole.size() / 2));
-  const auto error = export_table(wanted);
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->what, "this HDF5 file has no recording of hapticd");
-  EXPECT_NE(error->remedy.find("hapticctl record export"), std::string::npos) << error->remedy;
+  const auto error = test::error_of(export_table(wanted));
+  EXPECT_EQ(error.what, "this HDF5 file has no recording of hapticd");
+  EXPECT_NE(error.remedy.find("hapticctl record export"), std::string::npos) << error.remedy;
   wanted.input = folder_.path("a.h5");
   wanted.links = recording::Links::kRefused;
   EXPECT_EQ(export_table(wanted)->what, "this is no MCAP recording") << "the daemon reads its own kind only";
@@ -245,7 +235,7 @@ TEST_F(TableExport, TheExampleOfTheDocumentationReadsBoth) {
                               folder_.path("a.h5") + " " + folder_.path("a.csv") + " > " +
                               folder_.path("out");
   EXPECT_EQ(std::system(command.c_str()), 0);
-  EXPECT_EQ(text_of_file(folder_.path("out")),
+  EXPECT_EQ(test::file_text(folder_.path("out")),
             "größer: up to 999.9 N in 10.0 s\n5.123 s: half, \"way\"\n10000 rows, the last at 10.122 s\n");
 }
 

@@ -70,10 +70,10 @@ TEST(ReplayFileFormat, AllowsCommentsBlankLinesCrlfBomAndSigns) {
 }
 
 TEST(ReplayFileFormat, CountsTimeFromTheFirstRow) {
-  const auto recording = load("time_s,force_N,depth_mm\n1700000000.5,0,0\n1700000001.5,0,0\n");
-  ASSERT_TRUE(recording);
-  EXPECT_DOUBLE_EQ(recording->time_s[0], 0.0);
-  EXPECT_DOUBLE_EQ(recording->duration_s(), 1.0);
+  const auto recording =
+      test::value_of(load("time_s,force_N,depth_mm\n1700000000.5,0,0\n1700000001.5,0,0\n"));
+  EXPECT_DOUBLE_EQ(recording.time_s[0], 0.0);
+  EXPECT_DOUBLE_EQ(recording.duration_s(), 1.0);
 }
 
 std::string utf16(std::string_view ascii, bool big, bool mark) {
@@ -273,42 +273,35 @@ TEST(ReplayBadFile, ARefusalSaysWhatHelps) {
   };
   for (const Case& one : cases) {
     SCOPED_TRACE(one.content);
-    const auto recording = load(one.content, {}, {.decimal_comma = one.decimal_comma});
-    ASSERT_FALSE(recording);
-    EXPECT_NE(recording.error().text().find(one.part), std::string::npos) << recording.error().text();
+    const hal::Error refused = test::error_of(load(one.content, {}, {.decimal_comma = one.decimal_comma}));
+    EXPECT_NE(refused.text().find(one.part), std::string::npos) << refused.text();
   }
 }
 
 TEST(ReplayBadPath, MissingFileIsNamed) {
-  const auto rig = ReplayRig::open({.path = "/no/such/recording.csv"});
-  ASSERT_FALSE(rig);
-  EXPECT_EQ(rig.error().where, "recording '/no/such/recording.csv'");
-  EXPECT_EQ(rig.error().code, hal::ErrorCode::kNotFound);
+  const hal::Error refused = test::error_of(ReplayRig::open({.path = "/no/such/recording.csv"}));
+  EXPECT_EQ(refused.where, "recording '/no/such/recording.csv'");
+  EXPECT_EQ(refused.code, hal::ErrorCode::kNotFound);
 }
 
 TEST(ReplayBadPath, FolderIsNotARecording) {
-  const auto rig = ReplayRig::open({.path = "/"});
-  ASSERT_FALSE(rig);
-  EXPECT_EQ(rig.error().where, "recording '/'");
-  EXPECT_EQ(rig.error().code, hal::ErrorCode::kUnreadable);
+  const hal::Error refused = test::error_of(ReplayRig::open({.path = "/"}));
+  EXPECT_EQ(refused.where, "recording '/'");
+  EXPECT_EQ(refused.code, hal::ErrorCode::kUnreadable);
 }
 
 TEST(ReplayBadPath, LineWithoutEndIsRefusedInBoundedMemory) {
   std::string content = "time_s,force_N,depth_mm\n";
   content.append(2 * TextLines::kMaxLineBytes, '1');
-  const auto recording = load(content);
-  ASSERT_FALSE(recording);
-  EXPECT_EQ(recording.error().code, hal::ErrorCode::kTooLong);
+  EXPECT_EQ(test::error_of(load(content)).code, hal::ErrorCode::kTooLong);
 }
 
 TEST(ReplayBadPath, RateAndBiasHaveARange) {
   const ReplayFile file("time_s,force_N,depth_mm\n0,0,0\n1,0,0\n");
-  const auto fast = ReplayRig::open({.path = file.path(), .rate_hz = 1e6});
-  ASSERT_FALSE(fast);
-  EXPECT_EQ(fast.error().code, hal::ErrorCode::kOutOfRange);
-  const auto biased = ReplayRig::open({.path = file.path(), .bias_s = 2.0});
-  ASSERT_FALSE(biased);
-  EXPECT_EQ(biased.error().limit, "0 … 1 s");
+  const hal::Error fast = test::error_of(ReplayRig::open({.path = file.path(), .rate_hz = 1e6}));
+  EXPECT_EQ(fast.code, hal::ErrorCode::kOutOfRange);
+  const hal::Error biased = test::error_of(ReplayRig::open({.path = file.path(), .bias_s = 2.0}));
+  EXPECT_EQ(biased.limit, "0 … 1 s");
   EXPECT_FALSE(ReplayRig::open({.path = file.path(), .bias_s = -1.0}));
 }
 

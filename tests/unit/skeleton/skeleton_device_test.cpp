@@ -50,9 +50,7 @@ class FakeLink final : public DeviceLink {
 class Skeleton : public testing::Test {
  protected:
   explicit Skeleton(double watchdog_ms = 1000.0) {
-    hal::DeviceInfo info;
-    info.model = "skeleton";
-    info.max_force_n = 8.0;
+    hal::DeviceInfo info{.model = "skeleton", .max_force_n = 8.0};
     driver = std::move(*SkeletonDevice::create(info, watchdog_ms, std::make_unique<FakeLink>(device)));
   }
   void engage() { ASSERT_FALSE(driver->engage().has_value()); }
