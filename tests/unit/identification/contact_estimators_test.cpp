@@ -14,6 +14,7 @@
 #include "tests/reference/contact_double_stage.h"
 #include "tests/reference/contact_point.h"
 #include "tests/reference/creep_force.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::identification {
 namespace {
@@ -33,11 +34,7 @@ std::optional<HuntCrossleyEstimate> fed(Estimator estimator, const std::vector<P
 TEST(ContactSingleStage, IsRecursiveLeastSquaresInTheTextbooksForm) {
   const rt::HuntCrossleyParameters law{0.4, 2e-4, 1.4};  // |B/K·ẋ| < 0.1 throughout: the gates leave all in
   for (const double lambda : {1.0, 0.999}) {
-    SingleStageEstimator::Options options;
-    options.mean_of = 1;
-    options.min_share = 0.0;
-    options.forgetting = lambda;
-    SingleStageEstimator estimator(options);
+    SingleStageEstimator estimator({.min_share = 0.0, .forgetting = lambda, .mean_of = 1});
     // L = Pφ/(λ/w + φᵀPφ), from no knowledge at all.
     Eigen::Matrix3d covariance = 1e9 * Eigen::Matrix3d::Identity();
     Eigen::Vector3d theta = Eigen::Vector3d::Zero();
@@ -50,9 +47,8 @@ TEST(ContactSingleStage, IsRecursiveLeastSquaresInTheTextbooksForm) {
       theta += gain * (std::log(s.normal_force_n) - phi.dot(theta));
       covariance = (covariance - gain * phi.transpose() * covariance) / lambda;
     }
-    const auto estimate = estimator.estimate();
-    ASSERT_TRUE(estimate);
-    const rt::HuntCrossleyParameters& p = estimate->parameters;
+    const auto estimate = value_of(estimator.estimate());
+    const rt::HuntCrossleyParameters& p = estimate.parameters;
     EXPECT_NEAR(std::log(p.stiffness_n_per_mm_m), theta(0), 1e-5) << lambda;
     EXPECT_NEAR(p.exponent, theta(1), 1e-5) << lambda;
     EXPECT_NEAR(p.damping_n_s_per_mm_m1 / p.stiffness_n_per_mm_m, theta(2), 1e-7) << lambda;
@@ -83,10 +79,9 @@ TEST(ContactSingleStage, ItsGateOfDisplacementActsOnWhatWasSeenBefore) {
   // At first the skin alone, ten times as stiff; it is below a tenth of what is pressed later.
   for (const PalpationSample& s : synthetic_palpation({3.0, 0.0, 1.0}, 0.7)) estimator.add(s);
   for (const PalpationSample& s : synthetic_palpation(law, 10.0)) estimator.add(s);
-  const auto estimate = estimator.estimate();
-  ASSERT_TRUE(estimate);
-  EXPECT_NEAR(estimate->parameters.exponent, 1.8, 0.01);
-  EXPECT_NEAR(estimate->parameters.stiffness_n_per_mm_m, 0.1, 0.003);
+  const auto estimate = value_of(estimator.estimate());
+  EXPECT_NEAR(estimate.parameters.exponent, 1.8, 0.01);
+  EXPECT_NEAR(estimate.parameters.stiffness_n_per_mm_m, 0.1, 0.003);
 }
 
 TEST(ContactSingleStage, SurvivesWhatIsNoPalpation) {
@@ -108,18 +103,14 @@ TEST(ContactSingleStage, SurvivesWhatIsNoPalpation) {
 }
 
 TEST(ContactSingleStage, ForgetsWithoutWindingUp) {
-  SingleStageEstimator::Options options;
-  options.forgetting = 0.995;
-  SingleStageEstimator estimator(options);
+  SingleStageEstimator estimator({.forgetting = 0.995});
   for (const PalpationSample& s : synthetic_palpation({0.3, 0.0, 1.2}, 6.0)) estimator.add(s);
   // Weights grow by 0.995 per mean: four million of them pass 1e100 and are rescaled, over and over.
   const auto later = synthetic_palpation({0.1, 0.0, 1.7}, 6.0, 0.005);
   for (int round = 0; round < 60; ++round) {
     for (const PalpationSample& s : later) estimator.add(s);
   }
-  const auto estimate = estimator.estimate();
-  ASSERT_TRUE(estimate);
-  EXPECT_LT(law_displacement_error({0.1, 0.0, 1.7}, estimate->parameters, 6.0), 0.02);
+  EXPECT_LT(law_displacement_error({0.1, 0.0, 1.7}, value_of(estimator.estimate()).parameters, 6.0), 0.02);
 }
 
 // --- double stage ---
@@ -131,9 +122,8 @@ TEST(ContactDoubleStage, FindsLawsAndKeepsItsCovarianceBounded) {
     for (int round = 0; round < 2; ++round) {
       for (const PalpationSample& s : synthetic_palpation(law, 8.0, 0.01)) estimator.add(s);
     }
-    const auto estimate = estimator.estimate();
-    ASSERT_TRUE(estimate);
-    EXPECT_LT(law_displacement_error(law, estimate->parameters, 8.0), 0.03) << "m " << law.exponent;
+    const auto estimate = value_of(estimator.estimate());
+    EXPECT_LT(law_displacement_error(law, estimate.parameters, 8.0), 0.03) << "m " << law.exponent;
     // Hours of one force excite nothing; forgetting alone would blow the covariance up.
     for (int i = 0; i < 500'000; ++i)
       estimator.add({3.0, 0.0, rt::hunt_crossley_force_n(law, 3.0, 0.0), true});
@@ -150,11 +140,10 @@ TEST(ContactDoubleStage, FindsLawsAndKeepsItsCovarianceBounded) {
 TEST(ContactVariableProjection, IsExactWhereNothingDisturbs) {
   for (const rt::HuntCrossleyParameters& law :
        {rt::HuntCrossleyParameters{0.3, 3e-3, 1.3}, {0.02, 2e-5, 2.1}, {0.5, 0.0, 1.0}, {0.01, 1e-4, 3.0}}) {
-    const auto estimate = fit_by_variable_projection(synthetic_palpation(law, 6.0));
-    ASSERT_TRUE(estimate);
-    EXPECT_NEAR(estimate->parameters.exponent, law.exponent, 2e-5);
-    EXPECT_NEAR(estimate->parameters.stiffness_n_per_mm_m / law.stiffness_n_per_mm_m, 1.0, 1e-4);
-    EXPECT_NEAR(estimate->parameters.damping_n_s_per_mm_m1, law.damping_n_s_per_mm_m1,
+    const auto estimate = value_of(fit_by_variable_projection(synthetic_palpation(law, 6.0)));
+    EXPECT_NEAR(estimate.parameters.exponent, law.exponent, 2e-5);
+    EXPECT_NEAR(estimate.parameters.stiffness_n_per_mm_m / law.stiffness_n_per_mm_m, 1.0, 1e-4);
+    EXPECT_NEAR(estimate.parameters.damping_n_s_per_mm_m1, law.damping_n_s_per_mm_m1,
                 1e-4 * law.stiffness_n_per_mm_m);
   }
 }
@@ -163,11 +152,10 @@ TEST(ContactVariableProjection, FindsTheContactOffset) {
   const rt::HuntCrossleyParameters law{0.2, 1e-4, 1.6};
   auto palpation = synthetic_palpation(law, 6.0, 0.003);
   for (PalpationSample& s : palpation) s.displacement_mm -= 0.25;  // the zero is a preload behind the surface
-  const auto estimate = fit_by_variable_projection(palpation, {-0.6, 0.6, 30});
-  ASSERT_TRUE(estimate);
-  EXPECT_NEAR(estimate->contact_offset_mm, 0.25, 0.02);
-  EXPECT_NEAR(estimate->parameters.exponent, 1.6, 0.02);
-  const auto uncertainty = hunt_crossley_uncertainty(*estimate, palpation, true);
+  const auto estimate = value_of(fit_by_variable_projection(palpation, {-0.6, 0.6, 30}));
+  EXPECT_NEAR(estimate.contact_offset_mm, 0.25, 0.02);
+  EXPECT_NEAR(estimate.parameters.exponent, 1.6, 0.02);
+  const auto uncertainty = hunt_crossley_uncertainty(estimate, palpation, true);
   EXPECT_LT(uncertainty.contact_offset_mm, 0.05);
   EXPECT_GT(uncertainty.contact_offset_mm, 1e-4);
 }
@@ -175,10 +163,9 @@ TEST(ContactVariableProjection, FindsTheContactOffset) {
 TEST(ContactVariableProjection, NeverDampsNegatively) {
   auto palpation = synthetic_palpation({0.2, 0.0, 1.5}, 6.0);
   for (PalpationSample& s : palpation) s.normal_force_n *= 1.0 - 1e-3 * s.rate_mm_per_s;  // gives energy
-  const auto estimate = fit_by_variable_projection(palpation);
-  ASSERT_TRUE(estimate);
-  EXPECT_EQ(estimate->parameters.damping_n_s_per_mm_m1, 0.0);
-  EXPECT_TRUE(std::isinf(hunt_crossley_uncertainty(*estimate, palpation, false).damping_n_s_per_mm_m1));
+  const auto estimate = value_of(fit_by_variable_projection(palpation));
+  EXPECT_EQ(estimate.parameters.damping_n_s_per_mm_m1, 0.0);
+  EXPECT_TRUE(std::isinf(hunt_crossley_uncertainty(estimate, palpation, false).damping_n_s_per_mm_m1));
 }
 
 TEST(ContactVariableProjection, TellsWhatItCannotTell) {
@@ -200,16 +187,15 @@ TEST(ContactUncertainty, IsTheScatterOverSeedsThoughErrorsHangTogether) {
     for (int seed = 0; seed < kSeeds; ++seed) {
       const auto palpation =
           synthetic_palpation(law, 6.0, 0.05, correlation_s, static_cast<std::uint64_t>(seed) + 1);
-      const auto estimate = fit_by_variable_projection(palpation);
-      ASSERT_TRUE(estimate);
-      const auto uncertainty = hunt_crossley_uncertainty(*estimate, palpation, false);
+      const auto estimate = value_of(fit_by_variable_projection(palpation));
+      const auto uncertainty = hunt_crossley_uncertainty(estimate, palpation, false);
       reported += uncertainty.exponent / kSeeds;
       reported_force += uncertainty.relative_force / kSeeds;
-      const double m = estimate->parameters.exponent;
+      const double m = estimate.parameters.exponent;
       sum += m / kSeeds;
       squares += m * m / kSeeds;
-      const double f = rt::hunt_crossley_force_n(estimate->parameters, 6.0, 0.0) /
-                       rt::hunt_crossley_force_n(law, 6.0, 0.0);
+      const double f =
+          rt::hunt_crossley_force_n(estimate.parameters, 6.0, 0.0) / rt::hunt_crossley_force_n(law, 6.0, 0.0);
       sum_force += f / kSeeds;
       squares_force += f * f / kSeeds;
     }
@@ -254,22 +240,19 @@ TEST(ContactCreepFit, FindsTheLawInBoundedMemoryAndSaysItsErrors) {
     fit.add(creep_sample(law, i, 0.02), 1e-3);
     ASSERT_LE(fit.rows().size(), 2048U);
   }
-  const auto estimate = fit.solve();
-  ASSERT_TRUE(estimate);
+  const auto estimate = value_of(fit.solve());
   for (std::size_t j = 0; j < truth.weight.size(); ++j) {
-    EXPECT_NEAR(estimate->law.parameters.weight[j], truth.weight[j], 0.05) << j;
-    EXPECT_GT(estimate->weight_error[j], 0.0) << j;
-    EXPECT_LT(estimate->weight_error[j], 0.1) << j;
+    EXPECT_NEAR(estimate.law.parameters.weight[j], truth.weight[j], 0.05) << j;
+    EXPECT_GT(estimate.weight_error[j], 0.0) << j;
+    EXPECT_LT(estimate.weight_error[j], 0.1) << j;
   }
-  EXPECT_LT(estimate->relative_displacement, 0.02);
-  EXPECT_LT(estimate->residual, 0.02);
+  EXPECT_LT(estimate.relative_displacement, 0.02);
+  EXPECT_LT(estimate.residual, 0.02);
 }
 
 // The palpation is forgotten, and one depth says nothing about an exponent, however rounding falls.
 TEST(SingleStage, ClaimsNothingOfADepthThatIsHeld) {
-  SingleStageEstimator::Options options;
-  options.forgetting = 0.9997;
-  SingleStageEstimator estimator(options);
+  SingleStageEstimator estimator({.forgetting = 0.9997});
   for (const PalpationSample& s : synthetic_palpation({0.4, 4e-4, 1.5}, 4.0, 0.003)) estimator.add(s);
   ASSERT_TRUE(estimator.estimate().has_value());
   std::mt19937_64 random(2);
@@ -343,9 +326,7 @@ TEST(ContactSurface, LiesWhereTheFirstLoadingPoints) {
     const double x = 0.02 * i;
     palpation.push_back({x, 0.2, 0.09 * (x + 0.15), true});  // a preload at x = 0
   }
-  const auto surface = surface_from_first_loading(palpation);
-  ASSERT_TRUE(surface);
-  EXPECT_NEAR(surface->surface_mm, -0.15, 1e-9);
+  EXPECT_NEAR(value_of(surface_from_first_loading(palpation)).surface_mm, -0.15, 1e-9);
   EXPECT_FALSE(surface_from_first_loading({}));
   EXPECT_FALSE(
       surface_from_first_loading(std::vector<PalpationSample>(100, PalpationSample{1.0, 0.0, 0.1, true})));
@@ -368,10 +349,9 @@ TEST(ContactApproach, DriftIsNoContactAndTheContactPointIsWithinItsUncertainty) 
   ASSERT_EQ(declared.size(), 1U);
   EXPECT_GT(approach[declared[0]].depth_mm, kSurfaceMm);
   EXPECT_LT(approach[declared[0]].depth_mm, kSurfaceMm + 1.0);
-  const auto point = find_contact_point(approach, declared[0]);
-  ASSERT_TRUE(point);
-  EXPECT_NEAR(point->depth_mm, kSurfaceMm, 2.0 * point->standard_error_mm);
-  EXPECT_LT(point->standard_error_mm, 0.5);
+  const auto point = value_of(find_contact_point(approach, declared[0]));
+  EXPECT_NEAR(point.depth_mm, kSurfaceMm, 2.0 * point.standard_error_mm);
+  EXPECT_LT(point.standard_error_mm, 0.5);
   EXPECT_FALSE(find_contact_point(approach, approach.size()));
 }
 

@@ -35,8 +35,7 @@ hal::RigInfo rig(hal::RigKind kind = hal::RigKind::kHardware, double rate_hz = 1
 }
 
 ContactTask hunt_crossley_task() {
-  ContactTask task;
-  task.law = rt::ContactLawKind::kHuntCrossley;
+  ContactTask task{.law = rt::ContactLawKind::kHuntCrossley};
   return task;
 }
 

@@ -56,9 +56,7 @@ double sponge_mm(double force_n) {
 }
 
 rt::CreepParameters creeping() {
-  rt::CreepParameters law;
-  law.weight = {0.5, 0.1, 0.15, 0.15, 0.1};
-  law.max_force_n = 6.0;
+  rt::CreepParameters law{.weight = {0.5, 0.1, 0.15, 0.15, 0.1}, .max_force_n = 6.0};
   for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
     const double share = static_cast<double>(j) / (rt::CreepParameters::kKnots - 1);
     law.displacement_mm[j] = 12.0 * std::pow(share, 1.1);

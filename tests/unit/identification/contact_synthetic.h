@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -62,12 +61,12 @@ inline std::vector<PalpationSample> synthetic_palpation(const rt::HuntCrossleyPa
   std::vector<PalpationSample> samples;
   for (const SyntheticMotion& m : synthetic_motion(mixed_presses(), scale_mm, rate_hz)) {
     noise = keep * noise + std::sqrt(1.0 - keep * keep) * normal(random);
-    PalpationSample s;
-    s.displacement_mm = m.depth_mm;
-    s.rate_mm_per_s = m.rate_mm_per_s;
-    s.in_contact = m.depth_mm > 0.0;
-    s.normal_force_n = rt::hunt_crossley_force_n(law, m.depth_mm, m.rate_mm_per_s) + noise_n * noise;
-    s.time_s = static_cast<double>(samples.size()) / rate_hz;
+    PalpationSample s{
+        .displacement_mm = m.depth_mm,
+        .rate_mm_per_s = m.rate_mm_per_s,
+        .normal_force_n = rt::hunt_crossley_force_n(law, m.depth_mm, m.rate_mm_per_s) + noise_n * noise,
+        .in_contact = m.depth_mm > 0.0,
+        .time_s = static_cast<double>(samples.size()) / rate_hz};
     samples.push_back(s);
   }
   return samples;
@@ -111,9 +110,7 @@ inline double law_displacement_error(const rt::HuntCrossleyParameters& truth,
 
 /// An object that creeps, up to 9 mm at 2 N.
 inline rt::CreepParameters some_creep() {
-  rt::CreepParameters law;
-  law.weight = {0.55, 0.1, 0.15, 0.1, 0.1};
-  law.max_force_n = 2.0;
+  rt::CreepParameters law{.weight = {0.55, 0.1, 0.15, 0.1, 0.1}, .max_force_n = 2.0};
   for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
     const double share = std::pow(static_cast<double>(j) / 16.0, 2);
     law.displacement_mm[j] = 9.0 * (0.7 * std::pow(share, 0.6) + 0.3 * share);

@@ -15,9 +15,7 @@ constexpr double kNPerMm = 0.2;
 
 /// An object whose settled curve is straight, a fifth of which creeps over a second and more.
 rt::CreepParameters object() {
-  rt::CreepParameters law;
-  law.weight = {0.6, 0.1, 0.1, 0.1, 0.1};
-  law.max_force_n = 4.0;
+  rt::CreepParameters law{.weight = {0.6, 0.1, 0.1, 0.1, 0.1}, .max_force_n = 4.0};
   for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
     const double share = static_cast<double>(j) / (rt::CreepParameters::kKnots - 1);
     law.displacement_mm[j] = law.max_force_n * share * share / kNPerMm;
@@ -68,9 +66,7 @@ double held_ratio(const rt::CreepParameters& found) {
 TEST(CreepFit, OfTapsAloneDoesNotDivergeWhereAPressIsHeld) {
   double least = 10.0, most = 0.0;
   for (unsigned seed = 1; seed <= 30; ++seed) {
-    CreepFit::Options options;
-    options.with_errors = true;
-    const auto found = palpated(seed, 0.0).solve(options);
+    const auto found = palpated(seed, 0.0).solve({.with_errors = true});
     ASSERT_TRUE(found) << seed;
     for (const std::size_t slow : {2U, 3U}) {
       EXPECT_FALSE(found->lag_determined[slow]) << seed;

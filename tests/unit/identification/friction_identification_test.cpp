@@ -81,10 +81,7 @@ const rt::FrictionParameters& friction_of(const rt::IdentifiedModel& model) {
 }
 
 TEST(FrictionIdentification, FindsLongStrokesByDivideAndConquer) {
-  Strokes strokes;
-  strokes.bias_n = 0.3;
-  strokes.force_noise_n = 0.02;
-  const auto model = value_of(found(strokes));
+  const auto model = value_of(found({.bias_n = 0.3, .force_noise_n = 0.02}));
   EXPECT_NEAR(friction_of(model).kinetic, 0.5, 0.005);
   EXPECT_NEAR(friction_of(model).presliding_mm, 0.2, 0.05);
   EXPECT_NEAR(parameter(model, "force_bias_n").value, 0.3, 0.01);
@@ -99,13 +96,8 @@ TEST(FrictionIdentification, AnExactFitIsNoReasonToDoubtOneDirection) {
 
 TEST(FrictionIdentification, FindsShortStrokesThatNeverSlide) {
   for (const double exponent : {1.0, 0.2}) {
-    Strokes strokes;
-    strokes.amplitude_mm = 0.12;
-    strokes.truth = {0.45, 0.06, 0.0, exponent};
-    strokes.force_noise_n = 0.01;
-    FrictionTask task;
-    task.exponent = true;
-    const auto model = value_of(found(strokes, task));
+    Strokes strokes{.truth = {0.45, 0.06, 0.0, exponent}, .amplitude_mm = 0.12, .force_noise_n = 0.01};
+    const auto model = value_of(found(strokes, {.exponent = true}));
     EXPECT_NEAR(friction_of(model).kinetic, 0.45, 0.01);
     EXPECT_NEAR(friction_of(model).presliding_mm, 0.06, 0.004);
     EXPECT_NEAR(friction_of(model).exponent, exponent, 0.1);
@@ -116,10 +108,7 @@ TEST(FrictionIdentification, FindsShortStrokesThatNeverSlide) {
 
 TEST(FrictionIdentification, TakesAnotherExponentOnlyWhereHeldOutStrokesAskForIt) {
   for (const double exponent : {1.0, 0.1}) {
-    Strokes strokes;
-    strokes.amplitude_mm = 0.12;
-    strokes.truth = {0.45, 0.06, 0.0, exponent};
-    strokes.force_noise_n = 0.01;
+    Strokes strokes{.truth = {0.45, 0.06, 0.0, exponent}, .amplitude_mm = 0.12, .force_noise_n = 0.01};
     const auto model = value_of(found(strokes));
     EXPECT_LT(parameter(model, "held_out_dahl_exponent").value, 0.03);
     EXPECT_GT(parameter(model, "held_out_maxwell_slip").value, 0.0);
@@ -129,9 +118,7 @@ TEST(FrictionIdentification, TakesAnotherExponentOnlyWhereHeldOutStrokesAskForIt
       EXPECT_NEAR(friction_of(model).exponent, exponent, 0.1);
       EXPECT_GT(parameter(model, "held_out_dahl").value,
                 2.0 * parameter(model, "held_out_dahl_exponent").value);
-      FrictionTask task;
-      task.exponent_is_one = true;
-      const auto as_published = found(strokes, task);
+      const auto as_published = found(strokes, {.exponent_is_one = true});
       ASSERT_TRUE(as_published);
       EXPECT_EQ(friction_of(*as_published).exponent, 1.0);
     }
@@ -206,9 +193,7 @@ rt::FrictionParameters kinked() {
 }
 
 TEST(FrictionIdentification, TakesMaxwellSlipElementsWhereHeldOutStrokesAskForThem) {
-  Strokes strokes;
-  strokes.truth = kinked();
-  strokes.force_noise_n = 0.01;
+  Strokes strokes{.truth = kinked(), .force_noise_n = 0.01};
   const auto model = value_of(found(strokes));
   const rt::FrictionParameters& friction = friction_of(model);
   ASSERT_TRUE(friction.maxwell_slip) << model.procedure;
@@ -232,12 +217,9 @@ TEST(FrictionIdentification, TakesMaxwellSlipElementsWhereHeldOutStrokesAskForTh
 }
 
 TEST(FrictionIdentification, TakesTheLawItsTaskNames) {
-  Strokes strokes;
-  strokes.truth = kinked();
+  Strokes strokes{.truth = kinked()};
   for (const bool exponent : {false, true}) {
-    FrictionTask task;
-    task.exponent = exponent;
-    task.exponent_is_one = !exponent;
+    FrictionTask task{.exponent = exponent, .exponent_is_one = !exponent};
     const auto model = value_of(found(strokes, task));
     EXPECT_FALSE(friction_of(model).maxwell_slip);
     EXPECT_EQ(model.procedure.rfind("Dahl's law", 0), 0U) << model.procedure;
@@ -271,16 +253,13 @@ TEST(FrictionIdentification, SaysHowSureItIs) {
 }
 
 TEST(FrictionIdentification, TellsFrictionInNewtonWithoutANormalForce) {
-  Strokes strokes;
-  strokes.normal_recorded = false;
+  Strokes strokes{.normal_recorded = false};
   strokes.bias_n = 50.0;  // as pressure on a piston
   strokes.position_noise_mm = 0.02;
   strokes.rate_hz = 100.0;
   const auto model = value_of(found(strokes));
   EXPECT_NEAR(parameter(model, "coulomb_force_n").value, 2.0, 0.05);
-  FrictionTask task;
-  task.normal_force_n = 4.0;
-  const auto reported = value_of(found(strokes, task));
+  const auto reported = value_of(found(strokes, {.normal_force_n = 4.0}));
   EXPECT_NEAR(friction_of(reported).kinetic, 0.5, 0.01);
 }
 
@@ -330,10 +309,7 @@ TEST(FrictionIdentification, RefusesWhatSaysNothing) {
       {}, [](std::int64_t, rt::Observation& o) { o.sample.sensor_force_n = {}; }, "does not vary");
   refused(
       {}, [](std::int64_t, rt::Observation& o) { o.sample.sensor_force_n.x *= 1000.0; }, "unit");  // N as mN
-  Strokes metres;
-  metres.position_scale = 1e-3;
-  metres.amplitude_mm = 4.0;
-  refused(metres, {}, "unit");
+  refused({.amplitude_mm = 4.0, .position_scale = 1e-3}, {}, "unit");
   refused(
       {}, [](std::int64_t tick, rt::Observation& o) { o.sample.time_ns = -tick; }, "too little data");
   refused(
@@ -426,9 +402,7 @@ TEST(SampleGate, ALateTickIsNoGap) {
 }
 
 TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {
-  rt::MaxwellSlipParameters p;
-  p.reach_mm = {0.05, 0.1};
-  p.stiffness_per_mm = {5.0, 2.0};
+  rt::MaxwellSlipParameters p{.reach_mm = {0.05, 0.1}, .stiffness_per_mm = {5.0, 2.0}};
   rt::MaxwellSlip law(p);
   EXPECT_NEAR(law.step(10.0), p.kinetic(), 1e-12);
   const double before = law.step(-0.03);
@@ -469,9 +443,7 @@ std::vector<FrictionRow> rows_of(const rt::MaxwellSlipParameters& truth, double 
 }
 
 TEST(MaxwellSlip, IsFoundFromItsLoops) {
-  rt::MaxwellSlipParameters truth;
-  truth.reach_mm = {0.03, 0.08};
-  truth.stiffness_per_mm = {6.0, 3.0};
+  rt::MaxwellSlipParameters truth{.reach_mm = {0.03, 0.08}, .stiffness_per_mm = {6.0, 3.0}};
   const auto fit = value_of(fit_maxwell_slip(rows_of(truth, 0.12, 0.2, 0.0), {.bias = true}));
   EXPECT_LT(fit.residual, 0.01);
   EXPECT_NEAR(fit.parameters.kinetic(), truth.kinetic(), 0.02);
@@ -480,9 +452,7 @@ TEST(MaxwellSlip, IsFoundFromItsLoops) {
 }
 
 TEST(MaxwellSlip, AFitHasAViscousPartWhereItIsAskedFor) {
-  rt::MaxwellSlipParameters truth;
-  truth.reach_mm = {0.1};
-  truth.stiffness_per_mm = {4.0};
+  rt::MaxwellSlipParameters truth{.reach_mm = {0.1}, .stiffness_per_mm = {4.0}};
   constexpr double kViscous = 2e-3;
   const std::vector<FrictionRow> rows = rows_of(truth, 10.0, 0.0, kViscous);
   const auto with = value_of(fit_maxwell_slip(rows, {.viscous = true}));

@@ -85,11 +85,17 @@ struct Bench {
   }
 };
 
+/// A search that has come to its end.
+struct Search {
+  explicit Search(const Bench& device = {}) : bench(device) { bench.run(identification); }
+
+  Bench bench;
+  GainsIdentification identification{{1.0}, rig()};
+};
+
 TEST(GainsIdentification, FindsWhereItOscillatesAndTakesSixTenths) {
-  GainsIdentification identification({1.0}, rig());
-  Bench bench{.from = 1.2};
-  bench.run(identification);
-  const auto model = value_of(identification.finish());
+  Search search({.from = 1.2});
+  const auto model = value_of(search.identification.finish());
   EXPECT_TRUE(model.converged);
   const auto& gains = std::get<rt::GainsModel>(model.content);
   EXPECT_GE(gains.ultimate_gain, 1.2);
@@ -98,57 +104,47 @@ TEST(GainsIdentification, FindsWhereItOscillatesAndTakesSixTenths) {
   EXPECT_NEAR(gains.ultimate_period_ms, 1e3 / 12.0, 3.0);
   EXPECT_TRUE(rt::gains_are_stable(
       {rt::ControlLaw::kClosedLoop, gains.proportional_gain, gains.derivative_ms}, 1000.0));
-  EXPECT_LT(bench.longest_swing_s, 0.7) << "half a second after the touch has settled";
-  EXPECT_LT(bench.highest_gain, 1.2 * GainsIdentification::kStep + 1e-9) << "no step beyond";
-  EXPECT_EQ(identification.progress().coverage.front().share, 1.0);
+  EXPECT_LT(search.bench.longest_swing_s, 0.7) << "half a second after the touch has settled";
+  EXPECT_LT(search.bench.highest_gain, 1.2 * GainsIdentification::kStep + 1e-9) << "no step beyond";
+  EXPECT_EQ(search.identification.progress().coverage.front().share, 1.0);
 }
 
 TEST(GainsIdentification, SaysWhenTheControllersOwnLimitComesFirst) {
-  GainsIdentification identification({1.0}, rig());
-  Bench bench;
-  bench.run(identification);
-  const auto model = identification.finish();
+  Search search;
+  const auto model = search.identification.finish();
   ASSERT_TRUE(model);
   EXPECT_EQ(std::get<rt::GainsModel>(model->content).ultimate_gain, GainsIdentification::kControllerLimit);
-  EXPECT_LT(bench.highest_gain, GainsIdentification::kControllerLimit);
+  EXPECT_LT(search.bench.highest_gain, GainsIdentification::kControllerLimit);
   EXPECT_TRUE(std::isinf(model->parameters.front().standard_error));
-  EXPECT_TRUE(has_remark(identification, "lower bound"));
+  EXPECT_TRUE(has_remark(search.identification, "lower bound"));
   // Chosen, not estimated; and all that the search tries was tried.
   EXPECT_EQ(parameter(*model, "proportional_gain").standard_error, 0.0);
   EXPECT_TRUE(model->converged);
-  EXPECT_EQ(identification.progress().coverage.front().share, 1.0);
+  EXPECT_EQ(search.identification.progress().coverage.front().share, 1.0);
 }
 
 TEST(GainsIdentification, PassesThroughGainsThatAreTooLow) {
-  GainsIdentification identification({1.0}, rig());
-  Bench bench{.from = 1.5, .low = 0.5};
-  bench.run(identification);
-  const auto model = value_of(identification.finish());
+  Search search({.from = 1.5, .low = 0.5});
+  const auto model = value_of(search.identification.finish());
   EXPECT_TRUE(model.converged);
   EXPECT_GE(std::get<rt::GainsModel>(model.content).ultimate_gain, 1.5);
 }
 
 TEST(GainsIdentification, GivesUpWhereNoGainHolds) {
-  GainsIdentification identification({1.0}, rig());
-  Bench bench{.from = 0.0};
-  bench.run(identification);
-  EXPECT_TRUE(holds(refusal_of(identification).value, "no gain"));
+  Search search({.from = 0.0});
+  EXPECT_TRUE(holds(refusal_of(search.identification).value, "no gain"));
 }
 
 TEST(GainsIdentification, AGrowingOscillationIsNotWaitedFor) {
-  GainsIdentification identification({1.0}, rig());
-  Bench bench{.from = 0.9, .growth_per_s = 12.0};
-  bench.run(identification);
-  EXPECT_LT(bench.longest_swing_s, 0.45);
+  Search search({.from = 0.9, .growth_per_s = 12.0});
+  EXPECT_LT(search.bench.longest_swing_s, 0.45);
 }
 
 TEST(GainsIdentification, EndsWhereTheGuardLatched) {
-  GainsIdentification identification({1.0}, rig());
-  Bench bench{.latch_from = 0.6};
-  bench.run(identification);
-  EXPECT_TRUE(holds(refusal_of(identification).value, "guard"));
-  EXPECT_LT(bench.highest_gain, 0.6 * GainsIdentification::kStep);
-  EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kNothing);
+  Search search({.latch_from = 0.6});
+  EXPECT_TRUE(holds(refusal_of(search.identification).value, "guard"));
+  EXPECT_LT(search.bench.highest_gain, 0.6 * GainsIdentification::kStep);
+  EXPECT_EQ(search.identification.next_request().device, MotionRequest::Device::kNothing);
 }
 
 /// Ticks of a hand that presses for so long, without or with force of the device, and lets go.
@@ -191,10 +187,8 @@ TEST(GainsIdentification, GivesUpWhereTheDeviceNeverRenders) {
 }
 
 TEST(GainsIdentification, EndsWhereTheForceRunsAway) {
-  GainsIdentification identification({1.0}, rig());
-  Bench bench{.run_away_from = 0.0};
-  bench.run(identification);
-  EXPECT_TRUE(holds(refusal_of(identification).value, "ran away"));
+  Search search({.run_away_from = 0.0});
+  EXPECT_TRUE(holds(refusal_of(search.identification).value, "ran away"));
 }
 
 TEST(GainsIdentification, RefusesRecordingsAndTargetsThatNothingRenders) {

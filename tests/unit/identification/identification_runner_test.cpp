@@ -29,14 +29,11 @@ namespace hapticd::server {
 namespace {
 
 std::unique_ptr<hal::Rig> sponge_in_virtual_time() {
-  sim::SimulationConfig config;
-  config.object = "sponge_cut";
-  return std::move(*sim::SimulatedRig::create(config));
+  return std::move(*sim::SimulatedRig::create({.object = "sponge_cut"}));
 }
 
 Caller patient() {
-  Caller caller;
-  caller.deadline = Caller::Clock::now() + std::chrono::seconds(60);
+  Caller caller{.deadline = Caller::Clock::now() + std::chrono::seconds(60)};
   return caller;
 }
 
@@ -80,8 +77,7 @@ TEST(IdentificationRunner, ReportsAndEndsWhateverClientsAskMeanwhile) {
   clients.emplace_back([&] {
     std::uint64_t version = 0;
     while (!done) {
-      Caller caller;
-      caller.deadline = Caller::Clock::now() + std::chrono::milliseconds(20);
+      Caller caller{.deadline = Caller::Clock::now() + std::chrono::milliseconds(20)};
       const auto report = bench.runner.report("", version, caller);
       if (report) version = report->version;
     }
@@ -90,10 +86,9 @@ TEST(IdentificationRunner, ReportsAndEndsWhateverClientsAskMeanwhile) {
     const auto id = hapticd::test::value_of(bench.runner.start(contact_request(), 3));
     std::this_thread::yield();
     if (round == 1) bench.runner.end_under(3, {"the lease has ended", "lease", "", "", "acquire one"});
-    const auto ended = bench.runner.cancel(id, patient());
-    ASSERT_TRUE(ended);
-    EXPECT_NE(ended->state, IdentificationState::kRunning);
-    EXPECT_NE(ended->state, IdentificationState::kConverged);
+    const auto ended = hapticd::test::value_of(bench.runner.cancel(id, patient()));
+    EXPECT_NE(ended.state, IdentificationState::kRunning);
+    EXPECT_NE(ended.state, IdentificationState::kConverged);
   }
   done = true;
   for (std::thread& client : clients) client.join();
@@ -104,10 +99,9 @@ TEST(IdentificationRunner, ReportsNoneThatHasNoThread) {
   RunnerBench bench;
   {
     const hapticd::test::RoomForThreads none(0);
-    const auto refused = bench.runner.start(contact_request());
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.refusal().kind, RefusalKind::kResourceExhausted);
-    EXPECT_EQ(refused.refusal().error.where, "threads");
+    const auto refused = hapticd::test::refusal_of(bench.runner.start(contact_request()));
+    EXPECT_EQ(refused.kind, RefusalKind::kResourceExhausted);
+    EXPECT_EQ(refused.error.where, "threads");
   }
   EXPECT_TRUE(bench.runner.list().empty());
   EXPECT_FALSE(bench.scenes.reserved());
@@ -130,9 +124,8 @@ TEST(IdentificationRunner, StartsOneOnly) {
 TEST(IdentificationTask, SaysARemedyThatReachesTheClientWhole) {
   hal::RigInfo rig;
   rig.sensor.model = "nano17";
-  const auto refused = check_rig(identification::StructuralStiffnessTask{}, rig);
-  ASSERT_TRUE(refused);
-  EXPECT_LE(refused->error.remedy.size(), 300U) << "what is longer is cut on its way";
+  const auto refused = hapticd::test::error_of(check_rig(identification::StructuralStiffnessTask{}, rig));
+  EXPECT_LE(refused.error.remedy.size(), 300U) << "what is longer is cut on its way";
 }
 
 /// Keeps `text` as a recording; its id.

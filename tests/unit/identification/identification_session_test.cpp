@@ -58,10 +58,7 @@ class InventedIdentification final : public IdentificationSession {
   std::optional<hal::Error> conclude(const IdentificationProgress& now,
                                      rt::IdentifiedModel& model) const override {
     if (is_refused) return refusal("nothing was seen", "0", "1", now.missing.front());
-    rt::ThresholdModel threshold;
-    threshold.threshold_n = threshold_n;
-    threshold.largest_residual_n = 0.01;
-    threshold.observed_s = 10.0;
+    rt::ThresholdModel threshold{.threshold_n = threshold_n, .largest_residual_n = 0.01, .observed_s = 10.0};
     model.content = threshold;
     model.procedure = "invented";
     return std::nullopt;

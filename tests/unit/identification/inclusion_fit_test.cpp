@@ -8,6 +8,7 @@
 #include <random>
 
 #include "hidden_inclusion.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::identification {
 namespace {
@@ -65,19 +66,18 @@ std::vector<Vector3> grid() {
 TEST(InclusionFit, ResponseAlongTheLineByTwoPalpations) {
   const rt::InclusionParameters truth = inclusion_at(0.0, 0.0, 25.0);
   const std::vector<Vector3> apex(4, Vector3{});
-  const auto fit = fit_inclusion_response(presses(apex, nullptr), presses(apex, &truth), 25.0);
-  ASSERT_TRUE(fit);
-  EXPECT_TRUE(fit->converged);
+  const auto fit = value_of(fit_inclusion_response(presses(apex, nullptr), presses(apex, &truth), 25.0));
+  EXPECT_TRUE(fit.converged);
   for (const double x : {3.0, 6.0, 10.0}) {
-    EXPECT_NEAR(rt::hunt_crossley_force_n(fit->inclusion.response, x, 0.0) /
+    EXPECT_NEAR(rt::hunt_crossley_force_n(fit.inclusion.response, x, 0.0) /
                     rt::hunt_crossley_force_n(truth.response, x, 0.0),
                 1.0, 0.03)
         << x;
   }
-  EXPECT_NEAR(fit->inclusion.place_mm.z, -25.0, 0.2);
-  EXPECT_NEAR(fit->max_displacement_mm, 11.0, 0.3);
-  EXPECT_GT(fit->exponent.standard_error, 0.0);
-  EXPECT_LT(fit->exponent.standard_error, 0.1);
+  EXPECT_NEAR(fit.inclusion.place_mm.z, -25.0, 0.2);
+  EXPECT_NEAR(fit.max_displacement_mm, 11.0, 0.3);
+  EXPECT_GT(fit.exponent.standard_error, 0.0);
+  EXPECT_LT(fit.exponent.standard_error, 0.1);
 }
 
 TEST(InclusionFit, PlaceByAScanOfOnePhantomOrTwo) {
@@ -97,22 +97,19 @@ TEST(InclusionFit, ABallOnARoundObjectIsNotTakenForAPoint) {
   constexpr double kBallMm = 8.0;
   const rt::InclusionParameters truth = inclusion_at(6.0, -4.0, 22.0);
   const std::vector<Press> with = presses(grid(), &truth, kBallMm);
-  const auto fit = fit_inclusion_scan({}, with, {}, {kBallMm, 0.0});
-  ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->depth_mm.value, 22.0, 1.0);
-  EXPECT_NEAR(rt::norm(fit->place_mm - truth.place_mm), 0.0, 1.0);
+  const auto fit = value_of(fit_inclusion_scan({}, with, {}, {kBallMm, 0.0}));
+  EXPECT_NEAR(fit.depth_mm.value, 22.0, 1.0);
+  EXPECT_NEAR(rt::norm(fit.place_mm - truth.place_mm), 0.0, 1.0);
   // Places of the tip are as many times farther apart as its surface is larger than the body.
   const double widening = (kRadiusMm + kBallMm) / kRadiusMm;
-  const auto point = fit_inclusion_scan({}, with);
-  ASSERT_TRUE(point);
-  EXPECT_NEAR(point->depth_mm.value, widening * fit->depth_mm.value, 0.5);
+  const auto point = value_of(fit_inclusion_scan({}, with));
+  EXPECT_NEAR(point.depth_mm.value, widening * fit.depth_mm.value, 0.5);
   // Both render the same place.
-  EXPECT_NEAR(rt::norm(point->inclusion.place_mm - fit->inclusion.place_mm), 0.0, 0.5);
+  EXPECT_NEAR(rt::norm(point.inclusion.place_mm - fit.inclusion.place_mm), 0.0, 0.5);
   // What is not known of the ball is in the error.
-  const auto unknown = fit_inclusion_scan({}, with, {}, {5.0, 2.9});
-  ASSERT_TRUE(unknown);
-  EXPECT_NEAR(unknown->depth_mm.value, 22.0, 2.0 * unknown->depth_mm.standard_error);
-  EXPECT_GT(unknown->depth_mm.standard_error, 0.8);
+  const auto unknown = value_of(fit_inclusion_scan({}, with, {}, {5.0, 2.9}));
+  EXPECT_NEAR(unknown.depth_mm.value, 22.0, 2.0 * unknown.depth_mm.standard_error);
+  EXPECT_GT(unknown.depth_mm.standard_error, 0.8);
 }
 
 TEST(InclusionFit, DisplacementsCountFromTheObjectWithoutTheInclusion) {
@@ -140,11 +137,10 @@ TEST(InclusionFit, DisplacementsCountFromTheObjectWithoutTheInclusion) {
     }
     return all;
   };
-  const auto fit = fit_inclusion_scan(between(nullptr), between(&truth));
-  ASSERT_TRUE(fit);
+  const auto fit = value_of(fit_inclusion_scan(between(nullptr), between(&truth)));
   const double late_mm = 0.368;  // 0.08 x + 0.004 x² = 0.03
   for (const double x : {4.0, 6.0, 9.0}) {
-    EXPECT_NEAR(rt::hunt_crossley_force_n(fit->inclusion.response, x - late_mm, 0.0) /
+    EXPECT_NEAR(rt::hunt_crossley_force_n(fit.inclusion.response, x - late_mm, 0.0) /
                     rt::hunt_crossley_force_n(truth.response, x, 0.0),
                 1.0, 0.025)
         << x;

@@ -180,9 +180,9 @@ TEST(PressFrame, UnfitSamplesLeaveTheZeroAlone) {
   for (int tick = 0; tick < 5000; ++tick) {
     hal::RigSample sample;
     sample.time_ns = std::int64_t{1'000'000} * tick;
-    sample.bias_serial = 1;
-    sample.force_count = 1;
     sample.sensor_force_n = {0.0, 0.0, 0.01};
+    sample.force_count = 1;
+    sample.bias_serial = 1;
     if (tick % 2 == 0) sample.status = hal::sample_status::kForceMissing;
     if (tick % 3 == 0) sample.sensor_force_n.x = std::numeric_limits<double>::quiet_NaN();
     frame.follow_zero(sample);
@@ -195,9 +195,7 @@ TEST(PressFrame, AContactIsIdentifiedTheSameWhereverItIs) {
   const Awkward awkward;
   const auto observations = test::synthetic_observations(kFoldedLaw, 7.0);
   const auto identified = [&](bool is_awkward) {
-    ContactTask task;
-    task.law = rt::ContactLawKind::kHuntCrossley;
-    ContactIdentification identification(task, press_rig());
+    ContactIdentification identification({.law = rt::ContactLawKind::kHuntCrossley}, press_rig());
     PressFrame frame = awkward.frame();
     for (const rt::Observation& observation : observations) {
       if (!is_awkward) {

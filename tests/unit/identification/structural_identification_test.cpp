@@ -12,6 +12,8 @@
 #include <string>
 
 #include "identified.h"
+#include "tests/support/texts.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::identification {
 namespace {
@@ -99,10 +101,9 @@ TEST(StructuralIdentification, DryFrictionOfTheMotorsIsReportedFromTheBend) {
   StructuralIdentification identification({.constant = true}, high_force());
   StructuralBench bench{[](const Vector3&) { return 0.4; }, 0.2};
   bench.follow(identification, 8);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
-  EXPECT_NEAR(parameter(*model, "back_drive_friction_n").value, 0.2, 1e-3);
+  const auto model = value_of(identification.finish());
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 1e-4);
+  EXPECT_NEAR(parameter(model, "back_drive_friction_n").value, 0.2, 1e-3);
 }
 
 TEST(StructuralIdentification, FindsAQuadraticField) {
@@ -115,10 +116,9 @@ TEST(StructuralIdentification, FindsAQuadraticField) {
   StructuralIdentification identification({}, high_force());
   StructuralBench bench{c};
   bench.follow(identification, 30);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model);
-  EXPECT_TRUE(model->converged);
-  const auto& structure = std::get<rt::StructuralModel>(model->content);
+  const auto model = value_of(identification.finish());
+  EXPECT_TRUE(model.converged);
+  const auto& structure = std::get<rt::StructuralModel>(model.content);
   for (const Vector3& p :
        {Vector3{0.0, 0.0, 70.0}, Vector3{70.0, -40.0, 100.0}, Vector3{-80.0, 50.0, 40.0}}) {
     EXPECT_NEAR(structure.stiffness_at(p) * c(p), 1.0, 1e-4);
@@ -136,10 +136,9 @@ TEST(StructuralIdentification, OnePressSaysNoField) {
   StructuralIdentification identification({}, high_force());
   StructuralBench bench{[](const Vector3&) { return 0.4; }};
   bench.follow(identification, 1);
-  const auto model = identification.finish();
-  ASSERT_TRUE(model);
-  EXPECT_FALSE(model->converged);
-  EXPECT_EQ(std::get<rt::StructuralModel>(model->content).curvature_per_mm2[0], 0.0);
+  const auto model = value_of(identification.finish());
+  EXPECT_FALSE(model.converged);
+  EXPECT_EQ(std::get<rt::StructuralModel>(model.content).curvature_per_mm2[0], 0.0);
   EXPECT_FALSE(identification.progress().missing.empty());
 }
 
@@ -193,8 +192,7 @@ TEST(StructuralIdentification, MotorsWarmWhetherOrNotTheInstrumentAnswers) {
   bench.watched = false;
   EXPECT_EQ(identification.next_request().words.find("cool"), std::string::npos);
   for (int i = 0; i < 3; ++i) bench.press(identification, {0.0, 0.0, 70.0}, 0.5, 4.0);
-  EXPECT_NE(identification.next_request().words.find("cool"), std::string::npos)
-      << identification.next_request().words;
+  EXPECT_TRUE(holds(identification.next_request().words, "cool"));
   EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kNothing);
   for (int i = 0; i < 12'000; ++i) identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
   EXPECT_EQ(identification.next_request().words.find("cool"), std::string::npos) << "cold again";
@@ -216,7 +214,7 @@ TEST(StructuralIdentification, WithoutAnInstrumentItRefuses) {
   bench.watched = false;
   bench.press(identification, {0.0, 0.0, 70.0}, 0.5, 5.0);
   EXPECT_TRUE(holds(refusal_of(identification).remedy, "LVDT"));
-  EXPECT_NE(identification.progress().missing.front().find("instrument"), std::string::npos);
+  EXPECT_TRUE(holds(identification.progress().missing.front(), "instrument"));
 }
 
 TEST(StructuralIdentification, AnInstrumentAtItsStopIsNamed) {
@@ -265,9 +263,7 @@ TEST(StructuralIdentification, NothingAndConstantSignalsAreRefused) {
   EXPECT_FALSE(identification.finish());
   StructuralBench bench{[](const Vector3&) { return 0.4; }};
   for (int i = 0; i < 5000; ++i) identification.add(bench.at({0.0, 0.0, 70.0}, 3.0, 0.0));
-  const auto model = identification.finish();
-  ASSERT_FALSE(model);
-  EXPECT_FALSE(model.error().remedy.empty());
+  EXPECT_FALSE(hapticd::test::error_of(identification.finish()).remedy.empty());
 }
 
 // ---- recordings ----
@@ -323,9 +319,7 @@ TEST(StructuralIdentification, ARecordingMayBeSlowAndAlongAnyDirection) {
 
 TEST(StructuralIdentification, NoiseAndDriftOfTheInstrumentStayWithinItsUncertainty) {
   StructuralIdentification identification({.constant = true}, recording_rig(1000.0));
-  WatchedWalls walls;
-  walls.noise_mm = 0.03;
-  walls.drift_mm_per_s = 0.01;
+  WatchedWalls walls{.noise_mm = 0.03, .drift_mm_per_s = 0.01};
   walls.follow(identification, 6);
   const auto model = value_of(identification.finish());
   const double found = std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm;
@@ -337,8 +331,7 @@ TEST(StructuralIdentification, NoiseAndDriftOfTheInstrumentStayWithinItsUncertai
 
 TEST(StructuralIdentification, OneDirectionOnlyAndAnEndUnderLoadAreEnough) {
   StructuralIdentification identification({.constant = true}, recording_rig(1000.0));
-  WatchedWalls walls;
-  walls.lets_go = false;
+  WatchedWalls walls{.lets_go = false};
   walls.follow(identification, 1);
   const auto model = value_of(identification.finish());
   EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 1e-3);
@@ -351,11 +344,9 @@ TEST(StructuralIdentification, WithoutForceItSaysHowLittleThereWas) {
     StructuralIdentification identification({.rigid_contact = rigid}, recording_rig(1000.0));
     WatchedWalls walls;
     for (int i = 0; i < 5000; ++i) walls.add(identification, -1.0 - 1e-3 * i);
-    const auto model = identification.finish();
-    ASSERT_FALSE(model);
-    EXPECT_NE(model.error().value.find("greatest force is 0.000 N"), std::string::npos)
-        << model.error().text();
-    EXPECT_NE(model.error().remedy.find("units of force"), std::string::npos) << model.error().text();
+    const hal::Error refused = hapticd::test::error_of(identification.finish());
+    EXPECT_TRUE(holds(refused.value, "greatest force is 0.000 N"));
+    EXPECT_TRUE(holds(refused.remedy, "units of force"));
   }
 }
 
@@ -414,7 +405,7 @@ TEST(StructuralIdentification, OnARigidObjectTheEncodersTellTheBend) {
     EXPECT_TRUE(model.converged);
     EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 2.5e-3);
     EXPECT_NEAR(parameter(model, "back_drive_friction_n").value, 0.2, 0.03) << "turns of motion blur it";
-    EXPECT_NE(model.procedure.find("lower bound"), std::string::npos);
+    EXPECT_TRUE(holds(model.procedure, "lower bound"));
     EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
   }
 }
@@ -480,15 +471,14 @@ TEST(StructuralIdentification, AnObjectThatGivesWayIsNamed) {
   for (const int presses : {4, 40}) {
     const StructuralIdentification simulated = pressed(hal::RigKind::kSimulated, presses);
     const std::string missing = simulated.progress().missing.front();
-    EXPECT_NE(missing.find(kGivesWay), std::string::npos) << missing;
+    EXPECT_TRUE(holds(missing, kGivesWay));
     const std::string remedy = refusal_of(simulated).remedy;
-    EXPECT_NE(remedy.find(kGivesWay), std::string::npos) << remedy;
-    EXPECT_NE(remedy.find("hapticctl sim object wood_plate"), std::string::npos) << remedy;
+    EXPECT_TRUE(holds(remedy, kGivesWay));
+    EXPECT_TRUE(holds(remedy, "hapticctl sim object wood_plate"));
     EXPECT_EQ(remedy.find("signs"), std::string::npos) << remedy;
   }
   const StructuralIdentification hardware = pressed(hal::RigKind::kHardware, 4);
-  EXPECT_NE(hardware.next_request().words.find(kGivesWay), std::string::npos)
-      << hardware.next_request().words;
+  EXPECT_TRUE(holds(hardware.next_request().words, kGivesWay));
   EXPECT_EQ(refusal_of(hardware).remedy, kGivesWay);
   EXPECT_TRUE(holds(refusal_of(pressed(hal::RigKind::kReplay, 4)).remedy, "signs"));
 }
@@ -514,7 +504,7 @@ TEST(StructuralIdentification, ARigidContactThatSaysNothingIsRefused) {
     unfit.add(o);
   }
   EXPECT_FALSE(unfit.finish());
-  EXPECT_NE(unfit.progress().remarks.front().find("unfit"), std::string::npos);
+  EXPECT_TRUE(holds(unfit.progress().remarks.front(), "unfit"));
 }
 
 }  // namespace

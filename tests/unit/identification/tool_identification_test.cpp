@@ -9,6 +9,7 @@
 
 #include "identified.h"
 #include "rt/signal/vector.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::identification {
 namespace {
@@ -91,8 +92,7 @@ class TurnedSensor : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Angles, TurnedSensor, testing::Values(0.0, 0.7, 1.5707963, 3.0));
 
 TEST_P(TurnedSensor, EverythingIsFound) {
-  Body body;
-  body.sensor_to_tool = turned(Vector3{0.6, 0.0, 0.8} * GetParam());
+  Body body{.sensor_to_tool = turned(Vector3{0.6, 0.0, 0.8} * GetParam())};
   ToolIdentification identification({}, rig_at(1000.0));
   run(identification, body, {}, 10.0);
   const auto model = value_of(identification.finish());
@@ -160,9 +160,8 @@ TEST(ToolIdentification, SecondsOfContactAreLeftOut) {
     if (i > 6000 && i < 7500) o.sample.sensor_force_n.z += 2.0 * std::sin(1e-2 * i);
     identification.add(o);
   }
-  const auto model = identification.finish();
-  ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<rt::ToolModel>(model->content).mass_g, body.mass_g, 0.01 * body.mass_g);
+  const auto model = value_of(identification.finish());
+  EXPECT_NEAR(std::get<rt::ToolModel>(model.content).mass_g, body.mass_g, 0.01 * body.mass_g);
   EXPECT_TRUE(has_remark(identification, "touched"));
 }
 
@@ -177,9 +176,8 @@ TEST(ToolIdentification, BadSamplesAreCountedAndDoNoHarm) {
     if (i >= 8000 && i < 8300) continue;  // a gap
     identification.add(o);
   }
-  const auto model = identification.finish();
-  ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<rt::ToolModel>(model->content).mass_g, body.mass_g, 0.002 * body.mass_g);
+  const auto model = value_of(identification.finish());
+  EXPECT_NEAR(std::get<rt::ToolModel>(model.content).mass_g, body.mass_g, 0.002 * body.mass_g);
   EXPECT_EQ(identification.progress().remarks.size(), 3U) << "unfit, saturated, gap";
 }
 
@@ -211,9 +209,8 @@ TEST(ToolIdentification, MemoryStaysWhatItIs) {
     if (i % 40'000 < 400) o.sample.status = hal::sample_status::kForceMissing;  // the motion jumps there
     identification.add(o);
   }
-  const auto model = identification.finish();
-  ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<rt::ToolModel>(model->content).mass_g, body.mass_g, 0.02 * body.mass_g);
+  const auto model = value_of(identification.finish());
+  EXPECT_NEAR(std::get<rt::ToolModel>(model.content).mass_g, body.mass_g, 0.02 * body.mass_g);
 }
 
 TEST(ToolLoadFit, StandardErrorsAreThoseOfTheNoise) {
