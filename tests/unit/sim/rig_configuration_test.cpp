@@ -101,9 +101,7 @@ TEST(RigConfiguration, ADeviceAndAnObjectOfOnesOwnTakeThePlaceOfThePresets) {
 
 TEST(RigConfiguration, APresetOfOnesOwnMovesAsThePresetItself) {
   const auto pressed = [](const SimulationConfig& config) {
-    HandProgram press;
-    press.kind = HandProgram::Kind::kPress;
-    test::VirtualRig rig(config, press);
+    test::VirtualRig rig(config, {.kind = HandProgram::Kind::kPress});
     rig.run(2.0);
     return rig.truth();
   };
@@ -199,12 +197,10 @@ TEST(HandProgramCheck, ADirectionNeedsALength) {
   test::VirtualRig made({});
   for (const hal::Vector3 bad : {hal::Vector3{0.0, 0.0, 0.0}, hal::Vector3{kNan, 0.0, 0.0},
                                  hal::Vector3{0.0, kInfinity, 0.0}, hal::Vector3{1e7, 0.0, 0.0}}) {
-    HandProgram stroke;
-    stroke.stroke_direction = bad;
+    HandProgram stroke{.stroke_direction = bad};
     expect_refused(made.rig().set_program(stroke), "stroke_direction's length", hal::ErrorCode::kOutOfRange,
                    "");
-    HandProgram shake;
-    shake.shake_direction = bad;
+    HandProgram shake{.shake_direction = bad};
     expect_refused(made.rig().set_program(shake), "shake_direction's length", hal::ErrorCode::kOutOfRange,
                    "");
   }
@@ -213,9 +209,7 @@ TEST(HandProgramCheck, ADirectionNeedsALength) {
 TEST(HandProgramCheck, ARefusedProgramChangesNothing) {
   test::VirtualRig untouched({.seed = 5}), refused({.seed = 5});
   for (int i = 0; i < 500; ++i) {
-    HandProgram bad;
-    bad.force_n = kNan;
-    EXPECT_TRUE(refused.rig().set_program(bad));
+    EXPECT_TRUE(refused.rig().set_program({.force_n = kNan}));
     untouched.tick();
     refused.tick();
     ASSERT_EQ(untouched.truth().tip_position_mm.z, refused.truth().tip_position_mm.z);

@@ -14,9 +14,7 @@ namespace {
 std::vector<double> heights_mm(double step_s, int ms) {
   Simulation simulation(*device_preset("phantom_1_0"), 9.35e-3, 1, {}, step_s);
   PlacedObject object(*object_preset("rubber_ball"), Tip::kRod, step_s);
-  HandProgram press;
-  press.kind = HandProgram::Kind::kPress;
-  const PreparedHand hand = simulation.prepare(press);
+  const PreparedHand hand = simulation.prepare({.kind = HandProgram::Kind::kPress});
   simulation.set_object(&object);
   simulation.set_hand(&hand);
   std::vector<double> heights;

@@ -23,10 +23,7 @@ using test::TickSequence;
 using test::VirtualRig;
 
 SimulationConfig on(const TickSequence& ticks, double rate_hz = 1000.0) {
-  SimulationConfig config;
-  config.object = "none";
-  config.rate_hz = rate_hz;
-  config.ticks = ticks.shared();
+  SimulationConfig config{.object = "none", .rate_hz = rate_hz, .ticks = ticks.shared()};
   return config;
 }
 
@@ -106,9 +103,7 @@ TEST(LateTick, AdvancesTheWorldByJustItsInterval) {
 TEST(LateTick, TheEncodersShowTheTipOfThatVeryInstant) {
   const HandProgram sway{
       .kind = HandProgram::Kind::kSway, .speed_mm_per_s = 276.0, .rate_hz = 2.2, .hold_s = -1.0};
-  SimulationConfig even;
-  even.object = "none";
-  even.rate_hz = 10000.0;
+  SimulationConfig even{.object = "none", .rate_hz = 10000.0};
   SimulationConfig late = on(TickSequence({{1000.0}, {1337.0}, {663.0}}));
   VirtualRig reference(even, sway), rig(late, sway);
   rig.run(3.0);

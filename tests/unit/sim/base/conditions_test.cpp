@@ -12,6 +12,7 @@
 
 #include "hal/sim/device/arm_unevenness.h"
 #include "hal/sim/device/base_vibration.h"
+#include "tests/support/value_of.h"
 #include "tests/unit/sim/virtual_rig.h"
 
 namespace hapticd::sim {
@@ -22,9 +23,7 @@ using test::VirtualRig;
 using Values = std::map<std::string, double>;
 
 SimulationConfig with(const Values& values, const char* object = "none") {
-  SimulationConfig config;
-  config.object = object;
-  config.condition_values = values;
+  SimulationConfig config{.object = object, .condition_values = values};
   return config;
 }
 
@@ -40,9 +39,7 @@ hal::Vector3 mean_reading(VirtualRig& rig, double seconds = 1.0) {
 }
 
 TEST(Conditions, TheCleanRigHasNothingToReportAndTheLabEverything) {
-  const auto clean = conditions_of("clean");
-  ASSERT_TRUE(clean);
-  EXPECT_TRUE(uncertain(*clean).empty());
+  EXPECT_TRUE(uncertain(test::value_of(conditions_of("clean"))).empty());
   const auto lab = conditions_of("lab");
   ASSERT_TRUE(lab);
   std::vector<std::string> reported;
@@ -64,11 +61,10 @@ TEST(Conditions, TheCleanRigHasNothingToReportAndTheLabEverything) {
 }
 
 TEST(Conditions, EveryFieldIsInRangeInBothPresetsAndRefusedBeyond) {
-  const auto lab = conditions_of("lab");
-  ASSERT_TRUE(lab);
+  const auto lab = test::value_of(conditions_of("lab"));
   for (const ConditionField& field : condition_fields()) {
-    EXPECT_GE((*lab).*field.value, field.low) << field.name;
-    EXPECT_LE((*lab).*field.value, field.high) << field.name;
+    EXPECT_GE(lab.*field.value, field.low) << field.name;
+    EXPECT_LE(lab.*field.value, field.high) << field.name;
     const auto refused = conditions_of("clean", {{std::string(field.name), field.high + 1.0}});
     ASSERT_FALSE(refused) << field.name;
     EXPECT_NE(refused.error().what.find(field.name), std::string::npos);

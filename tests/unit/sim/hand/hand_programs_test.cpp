@@ -437,8 +437,7 @@ TEST(Knock, DisturbsEveryTwoSecondsForTwentyMilliseconds) {
 }
 
 TEST(HandProgram, AFirmerGripIsStifferAndDampsMoreButAWeightHasNone) {
-  HandProgram press;
-  press.kind = HandProgram::Kind::kPress;
+  HandProgram press{.kind = HandProgram::Kind::kPress};
   const HandImpedance usual = impedance_of(press);
   press.grip_stiffness_scale = 2.0;
   press.grip_damping_scale = 3.0;

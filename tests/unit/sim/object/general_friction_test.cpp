@@ -22,11 +22,7 @@ using test::length;
 constexpr double kGeneralStepS = 1e-4;
 
 FrictionParameters plain_general() {
-  FrictionParameters p;
-  p.kinetic = 0.5;
-  p.static_ratio = 1.4;
-  p.presliding_mm = 0.1;
-  p.bristle_damping_s = 0.0;
+  FrictionParameters p{.kinetic = 0.5, .static_ratio = 1.4, .presliding_mm = 0.1, .bristle_damping_s = 0.0};
   return p;
 }
 

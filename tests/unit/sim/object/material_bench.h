@@ -41,8 +41,7 @@ inline std::vector<std::string> objects_of_different_matter() {
 
 /// Only what a test names: linear, without skin or memory.
 inline sim::MaterialParameters spring(double stiffness_n_per_mm) {
-  sim::MaterialParameters p;
-  p.stiffness_at_4n_n_per_mm = stiffness_n_per_mm;
+  sim::MaterialParameters p{.stiffness_at_4n_n_per_mm = stiffness_n_per_mm};
   return p;
 }
 
@@ -170,6 +169,39 @@ void expect_faster_is_stiffer(const Make& matter, double depth_mm, const std::ve
     for (int i = 1; i <= steps; ++i) force_n = tip.move_to(depth_mm * i / steps).force_n;
     EXPECT_GT(force_n, 1.001 * last_n) << speed_mm_per_s << " mm/s";
     last_n = force_n;
+  }
+}
+
+inline constexpr double kMassKg = 0.05;
+inline constexpr double kWeightN = kMassKg * 9.807;
+
+struct EnergyTolerance {
+  double relative, absolute_n_mm;
+};
+
+/// Drops a mass from each height: in the air it has no more energy than in the flight before, and in the
+/// matter none that the fall did not give it.
+template <class Law>
+void expect_never_rises_higher(const Law& matter, double step_s, double seconds,
+                               const std::vector<double>& heights_mm, const EnergyTolerance& tolerance) {
+  for (const double height_mm : heights_mm) {
+    MovingMassOf<Law> mass(matter, kMassKg, step_s);
+    mass.depth_mm = -height_mm;
+    const double start_n_mm = kWeightN * height_mm;
+    double bound_n_mm = start_n_mm, last_n_mm = start_n_mm;
+    for (int i = 0; i < static_cast<int>(seconds / step_s); ++i) {
+      mass.step(kWeightN);
+      ASSERT_TRUE(std::isfinite(mass.depth_mm));
+      const double above_n_mm = mass.kinetic_n_mm() - kWeightN * mass.depth_mm;
+      if (mass.depth_mm <= 0.0) {
+        ASSERT_LE(above_n_mm, bound_n_mm * (1.0 + tolerance.relative) + tolerance.absolute_n_mm)
+            << height_mm << " mm, step " << i;
+        last_n_mm = above_n_mm;
+      } else {
+        bound_n_mm = last_n_mm;
+        ASSERT_LE(above_n_mm, start_n_mm + 1e-9 + tolerance.absolute_n_mm);
+      }
+    }
   }
 }
 

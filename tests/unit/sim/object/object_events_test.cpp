@@ -159,10 +159,7 @@ TEST(ObjectEdge, AHandThatStrokesBeyondItStaysThere) {
 }
 
 TEST(ObjectEdge, StiffnessFallsSmoothlyToNothing) {
-  ObjectHold hold;
-  hold.edge_mm = 10.0;
-  hold.edge_round_mm = 2.0;
-  const ObjectPose pose(hold, 1e-4);
+  const ObjectPose pose({.edge_mm = 10.0, .edge_round_mm = 2.0}, 1e-4);
   EXPECT_TRUE(pose.displaced());
   EXPECT_EQ(pose.share_at({7.9, 0.0, 0.0}), 1.0);
   EXPECT_NEAR(pose.share_at({9.0, 0.0, 0.0}), 0.5, 1e-12);
