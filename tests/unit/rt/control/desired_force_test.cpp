@@ -157,8 +157,7 @@ TEST(FeasibleRange, OfABentLawEndsWhereTheObjectTakesAllThatTheDeviceGives) {
 
 TEST(FeasibleRange, TakesTheCreepLawBeforeTheOther) {
   ObjectModel model = of_law(0.05, 1.0);
-  CreepParameters creep;
-  creep.max_force_n = 40.0;
+  CreepParameters creep{.max_force_n = 40.0};
   for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
     const double share = static_cast<double>(j) / (CreepParameters::kKnots - 1);
     creep.displacement_mm[j] = 20.0 * share;  // x = 20 mm sqrt(f/40 N) at the knots

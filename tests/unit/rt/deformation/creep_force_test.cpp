@@ -12,9 +12,7 @@ using identification::CreepForce;
 
 /// An object that stiffens: the curve flattens towards its end.
 CreepParameters stiffening(std::array<double, CreepParameters::kLags + 1> weight) {
-  CreepParameters law;
-  law.weight = weight;
-  law.max_force_n = 150.0;
+  CreepParameters law{.weight = weight, .max_force_n = 150.0};
   for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
     const double share = static_cast<double>(j) / (CreepParameters::kKnots - 1);
     law.displacement_mm[j] = 20.0 * std::pow(share, 0.9);

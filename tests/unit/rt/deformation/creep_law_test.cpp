@@ -10,8 +10,7 @@ namespace {
 
 CreepParameters random_law(std::mt19937_64& random) {
   std::uniform_real_distribution<double> size(-4.0, 1.0), share(0.0, 1.0);
-  CreepParameters law;
-  law.max_force_n = std::pow(10.0, size(random)) * 3.0;
+  CreepParameters law{.max_force_n = std::pow(10.0, size(random)) * 3.0};
   for (std::size_t j = 1; j < CreepParameters::kKnots; ++j) {
     law.displacement_mm[j] = law.displacement_mm[j - 1] + std::pow(10.0, size(random));
   }
@@ -24,9 +23,7 @@ double knot_n(const CreepParameters& law, std::size_t j) {
 }
 /// What a sponge does: half at once, the rest over seconds; 8 mm at 4 N.
 CreepParameters sponge() {
-  CreepParameters law;
-  law.weight = {0.6, 0.1, 0.1, 0.1, 0.1};
-  law.max_force_n = 4.0;
+  CreepParameters law{.weight = {0.6, 0.1, 0.1, 0.1, 0.1}, .max_force_n = 4.0};
   for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
     law.displacement_mm[j] = 8.0 * std::pow(knot_n(law, j) / 4.0, 0.6);
   }

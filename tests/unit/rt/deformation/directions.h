@@ -7,21 +7,18 @@
 #include <random>
 
 #include "rt/signal/vector.h"
+#include "tests/support/turn.h"
 
 namespace hapticd::rt::test {
+
+using hapticd::test::inverse;
+using hapticd::test::product;
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 inline hal::Quaternion turn(const hal::Vector3& unit_axis, double angle_rad) {
   const double s = std::sin(0.5 * angle_rad);
   return {std::cos(0.5 * angle_rad), s * unit_axis.x, s * unit_axis.y, s * unit_axis.z};
-}
-inline hal::Quaternion inverse(const hal::Quaternion& q) {
-  return {q.w, -q.x, -q.y, -q.z};
-}
-inline hal::Quaternion product(const hal::Quaternion& a, const hal::Quaternion& b) {
-  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 inline hal::Vector3 random_vector(std::mt19937_64& random, double deviation) {
   std::normal_distribution<double> normal(0.0, deviation);

@@ -22,9 +22,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Sharper than an exponential: level 0.35 is reached after twice 0.36 mm, at once.
 FrictionParameters sharp_rod() {
-  MaxwellSlipParameters elements;
-  elements.reach_mm = {0.26, 0.29, 0.32, 0.36};
-  elements.stiffness_per_mm = {0.35, 0.42, 0.25, 0.15};
+  MaxwellSlipParameters elements{.reach_mm = {0.26, 0.29, 0.32, 0.36},
+                                 .stiffness_per_mm = {0.35, 0.42, 0.25, 0.15}};
   return {elements.kinetic(), elements.presliding_mm(), 2e-4, 1.0, elements};
 }
 /// What Dahl's law with one number of presliding makes of it.

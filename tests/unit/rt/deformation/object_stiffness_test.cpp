@@ -27,9 +27,7 @@ TEST(ObjectStiffness, OfAPowerLawGrowsWithTheForce) {
 TEST(ObjectStiffness, OfACreepLawIsThatOfTheSettledCurve) {
   ObjectModel model;
   model.hunt_crossley = {{5.0, 0.0, 1.0}, 0.1};  // the creep law goes before it
-  CreepParameters creep;
-  creep.weight = {0.5, 0.2, 0.1, 0.1, 0.1};
-  creep.max_force_n = 8.0;
+  CreepParameters creep{.weight = {0.5, 0.2, 0.1, 0.1, 0.1}, .max_force_n = 8.0};
   for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
     const double share = static_cast<double>(j) / (CreepParameters::kKnots - 1);
     creep.displacement_mm[j] = creep.max_force_n * share * share / 0.25;  // 0.25 N/mm throughout

@@ -26,9 +26,7 @@ struct Bench {
     engine.preload(pipeline.get(), scene.guard);
   }
   void tick() {
-    hal::RigSample sample;
-    rig.read(sample);
-    engine.on_tick(sample);
+    rig.tick(engine);
     TickRecord record;
     engine.pop_record(record);
   }

@@ -13,9 +13,7 @@ namespace {
 class EnginePermit : public testing::Test {
  protected:
   TickRecord tick() {
-    hal::RigSample sample;
-    rig.read(sample);
-    engine.on_tick(sample);
+    rig.tick(engine);
     TickRecord record;
     engine.pop_record(record);
     return record;

@@ -26,11 +26,9 @@ class Ticking {
  public:
   Ticking(FakeRig& rig, Engine& engine)
       : thread_([this, &rig, &engine] {
-          hal::RigSample sample;
           TickRecord record;
           while (!stop_.load()) {
-            rig.read(sample);
-            rig.write(engine.on_tick(sample));
+            rig.write(rig.tick(engine));
             while (engine.pop_record(record)) {
             }
             std::this_thread::yield();
@@ -63,9 +61,9 @@ EngineCommand load(Pipeline* pipeline, const SceneSpec& scene) {
 EngineCommand target(double stiffness, std::uint64_t at_tick = 0) {
   EngineCommand command;
   command.kind = EngineCommand::Kind::kSetTarget;
+  command.at_tick = at_tick;
   command.target = linear_target(stiffness);
   command.ramp_s = 0.0;
-  command.at_tick = at_tick;
   return command;
 }
 
@@ -100,12 +98,10 @@ TEST(Engine, NoDenormalNumberLeavesATickOrStaysInIt) {
   SceneSpec scene;
   ASSERT_TRUE(tap(rig, scene));
   engine.preload(&pipeline, scene.guard);
-  hal::RigSample sample;
   TickRecord record;
   // 0.9^n is denormal from n = 6724 on, and would stay at 5e-324 for good.
   for (int i = 0; i < 20'000; ++i) {
-    rig.read(sample);
-    const hal::DeviceCommand command = engine.on_tick(sample);
+    const hal::DeviceCommand command = rig.tick(engine);
     ASSERT_TRUE(engine.pop_record(record));
     for (const double n : {command.force_n.y, command.force_n.z, record.commanded_force_n,
                            record.hand_force_n, pipeline.applied_n}) {
@@ -137,10 +133,8 @@ TEST(Engine, ACommandIsAcknowledgedWithItsTick) {
     EXPECT_EQ(set.time_ns, static_cast<std::int64_t>(set.tick) * 1'000'000);
   }
   // The tick that acknowledged is the tick that has it.
-  hal::RigSample sample;
   TickRecord record;
-  rig.read(sample);
-  engine.on_tick(sample);
+  rig.tick(engine);
   ASSERT_TRUE(engine.pop_record(record));
   EXPECT_EQ(record.target_stiffness_n_per_mm, 0.4);
   EXPECT_EQ(record.scene_generation, 1U);
@@ -177,12 +171,8 @@ TEST(Engine, ATimedOutCommandIsWithdrawnForGood) {
   SceneSpec scene;
   const std::unique_ptr<Pipeline> pipeline = tap(rig, scene);
   EXPECT_EQ(engine.execute(load(pipeline.get(), scene), 1ms).status, Status::kTimedOut) << "no one ticks";
-  hal::RigSample sample;
   TickRecord record;
-  for (int i = 0; i < 10; ++i) {
-    rig.read(sample);
-    engine.on_tick(sample);
-  }
+  for (int i = 0; i < 10; ++i) rig.tick(engine);
   while (engine.pop_record(record)) EXPECT_EQ(record.scene_generation, 0U);
 }
 
@@ -193,20 +183,16 @@ TEST(Engine, RefusesWhenTooManyCommandsWaitAndRecovers) {
     EXPECT_EQ(engine.execute(target(0.5), 0ns).status, Status::kTimedOut);
   }
   EXPECT_EQ(engine.execute(target(0.5), 0ns).status, Status::kQueueFull);
-  hal::RigSample sample;
-  rig.read(sample);
-  engine.on_tick(sample);  // meets the withdrawn ones and frees their slots
+  rig.tick(engine);  // meets the withdrawn ones and frees their slots
   EXPECT_EQ(engine.execute(target(0.5), 0ns).status, Status::kTimedOut);
 }
 
 TEST(Engine, StopLatchesAtTheNextTickAndClearReleases) {
   FakeRig rig;
   Engine engine(rig);
-  hal::RigSample sample;
   TickRecord record;
   engine.stop();
-  rig.read(sample);
-  engine.on_tick(sample);
+  rig.tick(engine);
   ASSERT_TRUE(engine.pop_record(record));
   EXPECT_EQ(record.guard_state, GuardState::kLatched);
   EXPECT_EQ(record.guard_fault, GuardFault::kStopped);
@@ -219,14 +205,12 @@ TEST(Engine, StopLatchesAtTheNextTickAndClearReleases) {
 TEST(Engine, AClearThatMeetsAStopInItsTickIsRefused) {
   FakeRig rig;
   Engine engine(rig);
-  hal::RigSample sample;
   EngineCommand clear;
   clear.kind = EngineCommand::Kind::kClear;
   auto cleared = std::async(std::launch::async, [&] { return engine.execute(clear, 10s).status; });
   do {  // whichever tick takes the clear up, a stop is waiting
     engine.stop();
-    rig.read(sample);
-    engine.on_tick(sample);
+    rig.tick(engine);
   } while (cleared.wait_for(1ms) != std::future_status::ready);
   EXPECT_EQ(cleared.get(), Status::kFaultPersists);
 }
@@ -234,11 +218,7 @@ TEST(Engine, AClearThatMeetsAStopInItsTickIsRefused) {
 TEST(Engine, LostRecordsAreCountedAndLeaveAGapInTheSequence) {
   FakeRig rig;
   Engine engine(rig, 16);
-  hal::RigSample sample;
-  for (int i = 0; i < 26; ++i) {
-    rig.read(sample);
-    engine.on_tick(sample);
-  }
+  for (int i = 0; i < 26; ++i) rig.tick(engine);
   EXPECT_EQ(engine.records_dropped(), 10U);
   TickRecord record;
   std::uint64_t last = 0;
@@ -251,10 +231,7 @@ TEST(Engine, HandsOnWhatItMeasuredOnlyWhileObserved) {
   Engine engine(rig, 16);
   hal::RigSample sample;
   const auto ticks = [&](int count) {
-    for (int i = 0; i < count; ++i) {
-      rig.read(sample);
-      engine.on_tick(sample);
-    }
+    for (int i = 0; i < count; ++i) rig.tick(engine);
   };
   Observation observation;
   ticks(3);

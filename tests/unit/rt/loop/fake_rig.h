@@ -28,6 +28,13 @@ class FakeRig final : public hal::Rig {
     last_command = command;
     ++writes;
   }
+  /// Reads a sample for an engine, or what runs one, and returns its command.
+  template <class Engine>
+  auto tick(Engine& engine) {
+    hal::RigSample sample;
+    read(sample);
+    return engine.on_tick(sample);
+  }
   bool exhausted() const noexcept override { return ticks_ >= end_after; }
 
   std::function<void(std::uint64_t tick)> before_read;

@@ -142,23 +142,18 @@ TEST(LoopConfig, IsCheckedBeforeAnyThreadExists) {
   LoopConfig config;
   EXPECT_TRUE(validate(config));
   for (const double rate : {0.0, 499.0, 10001.0, std::nan("")}) {
-    LoopConfig bad;
-    bad.rate_hz = rate;
+    LoopConfig bad{.rate_hz = rate};
     ASSERT_FALSE(validate(bad));
     EXPECT_EQ(validate(bad).error().what, "rate_hz is out of range");
     EXPECT_EQ(validate(bad).error().limit, "500 … 10000 Hz");
   }
-  LoopConfig priority;
-  priority.fifo_priority = 100;
-  EXPECT_EQ(validate(priority).error().what, "fifo_priority is out of range");
+  EXPECT_EQ(validate({.fifo_priority = 100}).error().what, "fifo_priority is out of range");
   for (const double share : {-0.01, 0.51, std::nan("")}) {
-    LoopConfig early;
-    early.wake_early_share = share;
+    LoopConfig early{.wake_early_share = share};
     ASSERT_FALSE(validate(early));
     EXPECT_EQ(validate(early).error().what, "wake_early_share is out of range");
   }
-  LoopConfig cpu;
-  cpu.cpu = 100000;
+  LoopConfig cpu{.cpu = 100000};
   EXPECT_EQ(validate(cpu).error().what, "cpu does not exist");
 }
 

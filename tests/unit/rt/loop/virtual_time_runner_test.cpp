@@ -19,11 +19,7 @@ TEST(VirtualTimeRunner, AnObserverThatGivesACommandIsAnsweredAndLosesNothing) {
   VirtualTimeRunner runner(engine);
   engine.observe(true);
   std::thread loop([&] {
-    hal::RigSample sample;
-    for (std::uint64_t i = 0; i < kTicks; ++i) {
-      rig.read(sample);
-      runner.on_tick(sample);
-    }
+    for (std::uint64_t i = 0; i < kTicks; ++i) rig.tick(runner);
   });
   std::thread telemetry([&] {  // so that nothing else is waited for
     TickRecord record;
@@ -51,11 +47,7 @@ TEST(VirtualTimeRunner, ASlowReaderLosesNothing) {
   VirtualTimeRunner runner(engine);
   std::atomic<bool> done{false};
   std::thread loop([&] {
-    hal::RigSample sample;
-    for (int i = 0; i < 500; ++i) {
-      rig.read(sample);
-      runner.on_tick(sample);
-    }
+    for (int i = 0; i < 500; ++i) rig.tick(runner);
     done = true;
   });
   TickRecord record;
@@ -75,11 +67,7 @@ TEST(VirtualTimeRunner, AReaderThatNeverComesIsNotWaitedForTwice) {
   FakeRig rig(true);
   Engine engine(rig, 16);
   VirtualTimeRunner runner(engine);
-  hal::RigSample sample;
-  for (int i = 0; i < 500; ++i) {
-    rig.read(sample);
-    runner.on_tick(sample);
-  }
+  for (int i = 0; i < 500; ++i) rig.tick(runner);
   EXPECT_EQ(engine.last_tick(), 499U);
   EXPECT_EQ(engine.records_dropped(), 500U - 16U);
 }

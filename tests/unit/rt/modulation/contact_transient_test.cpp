@@ -20,8 +20,7 @@ GripPlant plant() {
   return grip_plant(GripDynamics{}, 75.0, 3.5, 12.59, 0.0);
 }
 TransientParameters wood() {
-  TransientParameters transient;
-  transient.target = {{100.0, 80.0, 10.0}};
+  TransientParameters transient{.target = {{100.0, 80.0, 10.0}}};
   return transient;
 }
 ContactTransient::Input touching(double speed_mm_per_s, bool just_declared = false, double authority = 1.0) {
@@ -53,9 +52,7 @@ Course run_course(ContactTransient& transient, double speed_mm_per_s) {
 TEST(TransientWaveform, TheDynamicsTurnItIntoTheAccelerationAskedFor) {
   const GripPlant p = plant();
   for (const double hz : {30.0, 100.0, 300.0}) {
-    TransientParameters asked;
-    asked.target = {{hz, 80.0, 1.0}};
-    TransientWaveform waveform(asked, p, kRateHz);
+    TransientWaveform waveform({.target = {{hz, 80.0, 1.0}}}, p, kRateHz);
     const SmoothMode mode = smooth_mode(hz, 80.0);
     waveform.restart();
     constexpr int kSubSteps = 200;

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -66,9 +65,11 @@ TEST(LateOnset, TheWayBackGivesTheHandNoMoreThanTheWayInTook) {
   Press press;
   std::vector<double> in_n;
   for (std::size_t i = 0; i <= 100; ++i) in_n.push_back(press.felt_n(0.02 * static_cast<double>(i), 20.0));
-  for (std::size_t i = 100; i > 20; --i) EXPECT_NEAR(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i], 1e-12) << i;
+  for (std::size_t i = 100; i > 20; --i)
+    EXPECT_NEAR(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i], 1e-12) << i;
   // If nothing was rendered on the way in, no more than the target's own force is on the way out.
-  for (std::size_t i = 21; i-- > 0;) EXPECT_LE(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i] + 1e-12) << i;
+  for (std::size_t i = 21; i-- > 0;)
+    EXPECT_LE(press.felt_n(0.02 * static_cast<double>(i), -20.0), in_n[i] + 1e-12) << i;
 }
 
 TEST(LateOnset, WhatABoundHeldBackComesWithoutAStep) {

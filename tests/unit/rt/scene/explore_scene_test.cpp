@@ -4,6 +4,7 @@
 
 #include "object_model.h"
 #include "rt/scene/compose.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::rt {
 namespace {
@@ -80,9 +81,8 @@ TEST(Models, EveryKeyOutOfRangeIsNamed) {
       EXPECT_EQ(error->what, std::string(c.named) + " is out of range") << value;
       EXPECT_EQ(error->where, "model 'bench_object'");
       EXPECT_FALSE(error->limit.empty());
-      const auto scene = resolve(explore_scene(Tip::kRod), bench_rig());
-      ASSERT_TRUE(scene);
-      EXPECT_FALSE(compose(*scene, bench_rig(), &model)) << "and it is not composed: " << c.named;
+      const auto scene = hapticd::test::value_of(resolve(explore_scene(Tip::kRod), bench_rig()));
+      EXPECT_FALSE(compose(scene, bench_rig(), &model)) << "and it is not composed: " << c.named;
     }
   }
 }
@@ -219,9 +219,7 @@ TEST(ExploreScene, OnlySpatialScenesTakeLawsAndModels) {
   tap.name = "tap";
   tap.target.kind = TargetLaw::Kind::kDisplacementProfile;
   tap.target.knot_count = 1;
-  const auto scene = resolve(tap, bench_rig());
-  ASSERT_FALSE(scene);
-  EXPECT_EQ(scene.error().what, "target.law is out of range");
+  EXPECT_EQ(hapticd::test::error_of(resolve(tap, bench_rig())).what, "target.law is out of range");
 }
 
 TEST(ExploreScene, OutlineAndPipelineAgreeOnTheChannels) {
@@ -233,12 +231,10 @@ TEST(ExploreScene, OutlineAndPipelineAgreeOnTheChannels) {
         SceneSpec spec = explore_scene(tip);
         spec.explore.displacement = displacement;
         spec.explore.passivity = passivity;
-        const auto scene = resolve(spec, bench_rig());
-        ASSERT_TRUE(scene);
-        const auto pipeline = compose(*scene, bench_rig(), &model);
-        ASSERT_TRUE(pipeline);
+        const auto scene = hapticd::test::value_of(resolve(spec, bench_rig()));
+        const auto pipeline = hapticd::test::value_of(compose(scene, bench_rig(), &model));
         const std::uint32_t of_every_scene = channel::kSample | channel::kGuard | channel::kTiming;
-        EXPECT_EQ(outline(*scene).channels, (*pipeline)->channels() | of_every_scene);
+        EXPECT_EQ(outline(scene).channels, pipeline->channels() | of_every_scene);
       }
     }
   }

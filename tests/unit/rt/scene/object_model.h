@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cmath>
-
 #include "hal/rig.h"
 #include "rt/model/models.h"
 #include "rt/scene/scene_spec.h"
@@ -30,9 +28,7 @@ inline ObjectModel bench_model() {
   model.max_displacement_mm = 20.0;
   model.max_force_n = 8.0;
   model.hunt_crossley = IdentifiedLaw<HuntCrossleyParameters>{{kObjectNPerMm, 1e-4, 1.0}, 0.05};
-  CreepParameters creep;
-  creep.weight = {0.8, 0.1, 0.05, 0.05, 0.0};
-  creep.max_force_n = 8.0;
+  CreepParameters creep{.weight = {0.8, 0.1, 0.05, 0.05, 0.0}, .max_force_n = 8.0};
   for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
     const double share = static_cast<double>(j) / (CreepParameters::kKnots - 1);
     creep.displacement_mm[j] = creep.max_force_n * share * share / kObjectNPerMm;

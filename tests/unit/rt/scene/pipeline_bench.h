@@ -44,6 +44,11 @@ class Bench {
       record = tick(at_depth(from_mm + (to_mm - from_mm) * i / ticks, stiffness));
     return record;
   }
+  /// Free for 50 ticks, then pressed from 5 mm above to this depth.
+  TickRecord touch(double depth_mm, double stiffness, int ticks = 1000) {
+    press(-5.0, -5.0, stiffness, 50);
+    return press(-5.0, depth_mm, stiffness, ticks);
+  }
   Renderer& renderer() { return *renderer_; }
   Pipeline& pipeline() { return *pipeline_; }
   const SceneSpec& scene() const { return scene_; }

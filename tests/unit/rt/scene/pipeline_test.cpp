@@ -11,8 +11,7 @@ namespace {
 
 TEST(TapPipeline, GivesTheDifferenceBetweenObjectAndTarget) {
   Bench bench(rigid(0.7));
-  bench.press(-5.0, -5.0, 0.4, 50);
-  const TickRecord record = bench.press(-5.0, 6.0, 0.4, 2000);
+  const TickRecord record = bench.touch(6.0, 0.4, 2000);
   EXPECT_TRUE(record.in_contact);
   EXPECT_NEAR(record.displacement_mm, 6.0, 0.03);
   EXPECT_NEAR(record.reaction_force_n, 2.4, 0.01);
@@ -24,8 +23,7 @@ const hal::DeviceInfo kStrong{"phantom_1_5_high_force", 37.5, 6.2, 0.03, 2.537, 
 
 TEST(TapPipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
   Bench bench(rigid(0.1), kStrong);
-  bench.press(-5.0, -5.0, 10.0, 50);
-  bench.press(-5.0, 3.0, 10.0, 2000);
+  bench.touch(3.0, 10.0, 2000);
   const TickRecord record = bench.press(3.0, 3.0, 10.0, 500);
   EXPECT_NEAR(record.reaction_force_n, 30.0, 0.01);
   EXPECT_NEAR(record.desired_force_n, 24.5, 1e-9) << "not 29.7 N: 0.7 of the sensor's 35 N";
@@ -37,8 +35,7 @@ TEST(TapPipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
   SceneSpec stiff = rigid(1.2);
   stiff.max_target_stiffness_n_per_mm = 1.2;
   Bench wall(stiff, kStrong);
-  wall.press(-5.0, -5.0, 0.05, 50);
-  wall.press(-5.0, 30.0, 0.05, 4000);
+  wall.touch(30.0, 0.05, 4000);
   EXPECT_GT(wall.press(30.0, 30.0, 0.05, 500).device_command_n.z, 30.0);
 }
 
@@ -46,8 +43,7 @@ TEST(TapPipeline, AtItsLargestPullItStillKnowsWhereTheTipIs) {
   SceneSpec spec;
   spec.target.stiffness_n_per_mm = 0.1;
   Bench bench(spec, kStrong);
-  bench.press(-5.0, -5.0, 10.0, 50);
-  bench.press(-5.0, 0.5, 10.0, 2000);
+  bench.touch(0.5, 10.0, 2000);
   // The tip 3 mm deep under 30 N, the encoders ahead of it by what 24.5 N bend.
   hal::RigSample bent = bench.at_depth(3.0 + 24.5 / 2.537, 0.0);
   bent.sensor_force_n.z = 30.0;
@@ -99,8 +95,7 @@ TEST(TapPipeline, LoadedUnderPressureWaitsForTheToolToComeFree) {
 
 TEST(TapPipeline, AfterAFaultItIsReseededNotResumedInTheMiddle) {
   Bench bench(rigid(0.7));
-  bench.press(-5.0, -5.0, 0.4, 50);
-  bench.press(-5.0, 5.0, 0.4, 1000);
+  bench.touch(5.0, 0.4);
   hal::RigSample bad = bench.at_depth(5.0, 0.4);
   bad.sensor_force_n.z = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(bench.tick(bad).guard_fault, GuardFault::kNonFinite);
@@ -116,8 +111,7 @@ TEST(TapPipeline, AfterAFaultItIsReseededNotResumedInTheMiddle) {
 
 TEST(TapPipeline, StoppedAndClearedItRendersAgainOnceTheToolWasFree) {
   Bench bench(rigid(0.7));
-  bench.press(-5.0, -5.0, 0.4, 50);
-  bench.press(-5.0, 5.0, 0.4, 1000);
+  bench.touch(5.0, 0.4);
   const double full = bench.press(5.0, 5.0, 0.4, 100).device_command_n.z;
   bench.renderer().raise(GuardFault::kStopped);
   EXPECT_EQ(bench.tick(bench.at_depth(5.0, 0.4)).device_command_n.z, 0.0);
@@ -136,8 +130,7 @@ TEST(TapPipeline, StoppedAndClearedItRendersAgainOnceTheToolWasFree) {
 
 TEST(TapPipeline, AnObjectThatLetsGoWhileTheTipIsDeepCausesNoKnock) {
   Bench bench(rigid(0.7));
-  bench.press(-5.0, -5.0, 0.4, 50);
-  bench.press(-5.0, 5.0, 0.4, 1000);
+  bench.touch(5.0, 0.4);
   double before = bench.press(5.0, 5.0, 0.4, 200).device_command_n.z;
   EXPECT_NEAR(before, 1.5, 0.03);
   // The surface stays behind: no reaction any more, at 5 mm. What the target asks there is 3.5 N.
@@ -157,8 +150,7 @@ TEST(TapPipeline, TargetChangesMoveTheForceNoFasterThanTheSceneSays) {
   SceneSpec spec = rigid(0.3);
   spec.max_target_change_n_per_s = 4.0;
   Bench bench(spec);
-  bench.press(-5.0, -5.0, 0.4, 50);
-  bench.press(-5.0, 5.0, 0.4, 1000);
+  bench.touch(5.0, 0.4);
   double before = bench.press(5.0, 5.0, 0.4, 100).device_command_n.z;
   bench.renderer().set_target(linear_target(0.7), 0.1);
   for (int i = 0; i < 600; ++i) {
@@ -176,8 +168,7 @@ TEST(TapPipeline, TargetChangesAreRamped) {
   SceneSpec spec = rigid(0.3);
   spec.max_target_change_n_per_s = 1e6;
   Bench bench(spec);
-  bench.press(-5.0, -5.0, 0.4, 50);
-  bench.press(-5.0, 5.0, 0.4, 1000);
+  bench.touch(5.0, 0.4);
   double before = bench.press(5.0, 5.0, 0.4, 100).device_command_n.z;
   bench.renderer().set_target(linear_target(0.7), 0.1);
   double largest = 0.0;
@@ -194,8 +185,7 @@ TEST(TapPipeline, CompensatedDisplacementIsTheTipsNotTheEncoders) {
   SceneSpec spec;
   spec.target.stiffness_n_per_mm = 0.7;
   Bench bench(spec);
-  bench.press(-5.0, -5.0, 0.4, 50);
-  const TickRecord record = bench.press(-5.0, 5.0, 0.4, 2000);
+  const TickRecord record = bench.touch(5.0, 0.4, 2000);
   EXPECT_NEAR(record.displacement_mm, 5.0 - record.desired_force_n / 3.5, 0.05);
   EXPECT_GT(record.displacement_mm, 5.1) << "pushing back, the tip is deeper than the encoders say";
 }
@@ -268,11 +258,10 @@ TEST(Renderer, SurvivesAnySequenceOfSamples) {
 
 TEST(Renderer, TenHoursAtRestInContactDoNotDrift) {
   Bench bench(rigid(0.7));
-  bench.press(-5.0, -5.0, 0.4, 50);
-  bench.press(-5.0, 5.0, 0.4, 1000);
+  bench.touch(5.0, 0.4);
   const double at_first = bench.press(5.0, 5.0, 0.4, 1000).device_command_n.z;
-  // 36 million ticks are ten hours; after a million the same state repeats. Until then what the first milliseconds of
-  // the touch taught of a drift is forgotten.
+  // 36 million ticks are ten hours; after a million the same state repeats. Until then what the first
+  // milliseconds of the touch taught of a drift is forgotten.
   TickRecord record;
   for (int i = 0; i < 1'000'000; ++i) record = bench.tick(bench.at_depth(5.0, 0.4));
   const double later = record.device_command_n.z;

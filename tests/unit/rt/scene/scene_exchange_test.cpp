@@ -40,10 +40,7 @@ class Constant final : public Pipeline {
 };
 
 GuardLimits wide() {
-  GuardLimits limits;
-  limits.max_force_n = 10.0;
-  limits.max_force_rate_n_per_s = 1e6;
-  limits.max_power_w = 100.0;
+  GuardLimits limits{.max_force_n = 10.0, .max_force_rate_n_per_s = 1e6, .max_power_w = 100.0};
   return limits;
 }
 
@@ -87,8 +84,7 @@ TEST_F(SceneExchange, HandsTheForceOverInTwentyMilliseconds) {
 }
 
 TEST_F(SceneExchange, LetsTheForceOfTheFixtureFade) {
-  AssistanceSpec fixed;
-  fixed.fixture = FixtureParameters{};
+  AssistanceSpec fixed{.fixture = FixtureParameters{}};
   for (const bool has_next : {true, false}) {
     Constant before(0.0, true);
     Constant after(0.0, false);

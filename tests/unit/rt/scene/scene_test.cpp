@@ -24,13 +24,12 @@ SceneSpec named() {
 }
 
 TEST(Scene, TakesFromTheDeviceWhatItLeavesOpen) {
-  const auto scene = resolve(named(), rig());
-  ASSERT_TRUE(scene);
-  EXPECT_EQ(scene->structural_stiffness_n_per_mm, 3.5);
-  EXPECT_EQ(scene->controller.proportional_gain, 0.45);
-  EXPECT_EQ(scene->controller.derivative_gain_ms, 0.015);
-  EXPECT_EQ(scene->guard.max_force_n, 8.5);
-  EXPECT_EQ(scene->guard.max_force_rate_n_per_s, 1700.0);
+  const auto scene = hapticd::test::value_of(resolve(named(), rig()));
+  EXPECT_EQ(scene.structural_stiffness_n_per_mm, 3.5);
+  EXPECT_EQ(scene.controller.proportional_gain, 0.45);
+  EXPECT_EQ(scene.controller.derivative_gain_ms, 0.015);
+  EXPECT_EQ(scene.guard.max_force_n, 8.5);
+  EXPECT_EQ(scene.guard.max_force_rate_n_per_s, 1700.0);
   hal::RigInfo strong = rig();
   strong.device.model = "phantom_1_5_high_force";
   EXPECT_EQ(resolve(named(), strong)->controller.proportional_gain, 1.05);
@@ -52,10 +51,9 @@ TEST(Scene, TellsTheGuardTheToolThatTheRigKnows) {
 TEST(Scene, NormalisesThePressAxis) {
   SceneSpec spec = named();
   spec.press_axis = {0.0, 3.0, -4.0};
-  const auto scene = resolve(spec, rig());
-  ASSERT_TRUE(scene);
-  EXPECT_NEAR(scene->press_axis.y, 0.6, 1e-12);
-  EXPECT_NEAR(scene->press_axis.z, -0.8, 1e-12);
+  const auto scene = hapticd::test::value_of(resolve(spec, rig()));
+  EXPECT_NEAR(scene.press_axis.y, 0.6, 1e-12);
+  EXPECT_NEAR(scene.press_axis.z, -0.8, 1e-12);
 }
 
 TEST(Scene, RefusesByNameWithLimitAndValue) {
@@ -189,9 +187,7 @@ TEST(Scene, AFieldThatIsWrongIsRefusedByName) {
 TEST(Scene, ARigidDeviceNeedsNoCompensation) {
   hal::RigInfo recording = rig();
   recording.device.structural_stiffness_n_per_mm = 0.0;
-  const auto scene = resolve(named(), recording);
-  ASSERT_TRUE(scene);
-  EXPECT_FALSE(scene->structural_compensation);
+  EXPECT_FALSE(hapticd::test::value_of(resolve(named(), recording)).structural_compensation);
 }
 
 TEST(Scene, IsComposedOfWhatItNeedsAndNothingElse) {
@@ -209,31 +205,27 @@ TEST(Scene, IsComposedOfWhatItNeedsAndNothingElse) {
   hal::RigInfo blind = rig();
   blind.sensor.model.clear();
   EXPECT_TRUE(compose(*wall, blind));
-  const auto refused = compose(*tap, blind);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().what, "the scene needs a force sensor, the rig has none");
+  EXPECT_EQ(hapticd::test::error_of(compose(*tap, blind)).what,
+            "the scene needs a force sensor, the rig has none");
 }
 
 TEST(Scene, OutlineAndPipelineAgreeOnTheChannels) {
   for (const SceneKind kind : {SceneKind::kTap1d, SceneKind::kWall}) {
     SceneSpec spec = named();
     spec.kind = kind;
-    const auto scene = resolve(spec, rig());
-    ASSERT_TRUE(scene);
-    const auto pipeline = compose(*scene, rig());
-    ASSERT_TRUE(pipeline);
+    const auto scene = hapticd::test::value_of(resolve(spec, rig()));
+    const auto pipeline = hapticd::test::value_of(compose(scene, rig()));
     const std::uint32_t of_every_scene = channel::kSample | channel::kGuard | channel::kTiming;
-    EXPECT_EQ(outline(*scene).channels, (*pipeline)->channels() | of_every_scene);
+    EXPECT_EQ(outline(scene).channels, pipeline->channels() | of_every_scene);
   }
 }
 
 TEST(Scene, AModelThatNothingWouldUseIsRefusedByName) {
   SceneSpec spec = named();
   spec.object_model = "breast_phantom";
-  const auto refused = compose(*resolve(spec, rig()), rig());
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().what, "the scene has no use for a model");
-  EXPECT_EQ(refused.error().value, "object_model = \"breast_phantom\"");
+  const hal::Error refused = hapticd::test::error_of(compose(*resolve(spec, rig()), rig()));
+  EXPECT_EQ(refused.what, "the scene has no use for a model");
+  EXPECT_EQ(refused.value, "object_model = \"breast_phantom\"");
 }
 
 }  // namespace

@@ -79,9 +79,7 @@ TEST(WallPipeline, AWallThatAppearsAroundTheToolDoesNotThrowItOut) {
 /// Heights of a function on a grid of 5 mm from (-30, -20) on.
 template <class Height>
 SurfaceMapParameters scanned(Height&& height) {
-  SurfaceMapParameters map;
-  map.from_mm = {-30.0, -20.0};
-  map.columns = 13;
+  SurfaceMapParameters map{.from_mm = {-30.0, -20.0}, .columns = 13};
   for (int row = 0; row < 9; ++row)
     for (int column = 0; column < 13; ++column)
       map.heights_mm.push_back(height(-30.0 + 5.0 * column, -20.0 + 5.0 * row));

@@ -119,8 +119,7 @@ TEST(TargetRamp, OfZeroSecondsEndsAtTheNextTickHoweverSoonThatComes) {
 }
 
 TEST(CreepLaw, RemembersByTheMeasuredTime) {
-  CreepParameters parameters;
-  parameters.weight = {0.4, 0.1, 0.2, 0.2, 0.1};
+  CreepParameters parameters{.weight = {0.4, 0.1, 0.2, 0.2, 0.1}};
   for (std::size_t j = 0; j < CreepParameters::kKnots; ++j)
     parameters.displacement_mm[j] = 0.1 * static_cast<double>(j);
   CreepLaw even(parameters, 1000.0);
