@@ -3,13 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/fleet/rigs_file.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/texts.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::cli {
 namespace {
@@ -33,12 +34,6 @@ TEST(Rigs, AreChosenInTheOrderGiven) {
   ASSERT_EQ(chosen.size(), 2U);
   EXPECT_EQ(chosen[0].name, "right");
   EXPECT_EQ(choose_rigs(rigs, "all", "rigs.toml").size(), 2U);
-}
-
-std::string repeated(std::string_view text, std::size_t times) {
-  std::string all;
-  for (std::size_t i = 0; i < times; ++i) all += text;
-  return all;
 }
 
 /// What the error says about the text or the choice.
@@ -79,8 +74,8 @@ TEST(Rigs, WhatTheLibraryHoldsImpossibleIsNoToml) {
 // recursively.
 TEST(Rigs, AListThatWouldTakeTooMuchToParseIsRefused) {
   for (const auto& [text, what] : std::vector<std::pair<std::string, std::string>>{
-           {repeated("[a]\n", 10001), "the text holds too many keys and values"},
-           {repeated("a.", 30000) + "a = 1\n", "a key has too many parts"},
+           {test::repeated("[a]\n", 10001), "the text holds too many keys and values"},
+           {test::repeated("a.", 30000) + "a = 1\n", "a key has too many parts"},
            {"# " + std::string(16384, 'x'), "a line is too long"}}) {
     const v1::ErrorDetail refused = refusal(text);
     EXPECT_EQ(refused.what(), what);
@@ -91,25 +86,19 @@ TEST(Rigs, AListThatWouldTakeTooMuchToParseIsRefused) {
 
 TEST(Rigs, AFileThatIsTooLargeIsRefused) {
   const test::TemporaryFolder folder;
-  const std::string rigs = repeated("# one of many lines\n", 52000) + kTwoRigs;
+  const std::string rigs = test::repeated("# one of many lines\n", 52000) + kTwoRigs;
   EXPECT_EQ(read_rigs(folder.write("rigs.toml", rigs)).size(), 2U);
-  try {
-    read_rigs(folder.write("rigs.toml", repeated("# one of many lines\n", 53000) + kTwoRigs));
-    FAIL();
-  } catch (const LocalError& error) {
-    EXPECT_EQ(error.detail().what(), "the file is too large");
-    EXPECT_EQ(error.detail().limit(), "at most 1 MiB");
-  }
+  const LocalError error = test::thrown_by<LocalError>([&] {
+    read_rigs(folder.write("rigs.toml", test::repeated("# one of many lines\n", 53000) + kTwoRigs));
+  });
+  EXPECT_EQ(error.detail().what(), "the file is too large");
+  EXPECT_EQ(error.detail().limit(), "at most 1 MiB");
 }
 
 TEST(Rigs, AFileThatIsMissingIsNamedWithItsForm) {
-  try {
-    read_rigs("/nowhere/rigs.toml");
-    FAIL();
-  } catch (const LocalError& error) {
-    EXPECT_EQ(error.detail().where(), "/nowhere/rigs.toml");
-    EXPECT_NE(error.detail().remedy().find("HAPTICD_RIGS"), std::string::npos);
-  }
+  const LocalError error = test::thrown_by<LocalError>([&] { read_rigs("/nowhere/rigs.toml"); });
+  EXPECT_EQ(error.detail().where(), "/nowhere/rigs.toml");
+  EXPECT_NE(error.detail().remedy().find("HAPTICD_RIGS"), std::string::npos);
 }
 
 TEST(Rigs, ACommandOfOneRigRefusesSeveral) {

@@ -14,6 +14,7 @@
 
 #include "client/cpp/error.h"
 #include "client/cpp/stop/stop_port.h"
+#include "tests/support/value_of.h"
 
 namespace {
 
@@ -70,12 +71,9 @@ TEST(HostLookup, EndsInTimeAndWhenItIsCancelled) {
 
 TEST(HostLookup, AStopIsGivenUpInTime) {
   const NameServerGone gone;
-  try {
-    stop_by_stop_port("localhost:50051", "", milliseconds(20));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kTimedOut) << error.what();
-  }
+  const Error error =
+      test::thrown_by<Error>([&] { stop_by_stop_port("localhost:50051", "", milliseconds(20)); });
+  EXPECT_EQ(error.kind(), ErrorKind::kTimedOut) << error.what();
 }
 
 }  // namespace

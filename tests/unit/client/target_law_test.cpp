@@ -4,6 +4,7 @@
 
 #include "client/cli/session/session.h"
 #include "client/cli/view/target_view.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::cli {
 namespace {
@@ -48,14 +49,10 @@ TEST(TargetLaw, AMalformedLawIsReportedWithItsForm) {
     EXPECT_THROW(parse_profile(text, "--displacement-profile"), LocalError) << text;
   }
   for (const char* text : {"", "w", "1,2", "xyz"}) EXPECT_THROW(parse_axis(text), LocalError) << text;
-  try {
-    parse_profile("1", "--displacement-profile");
-    ADD_FAILURE();
-  } catch (const LocalError& error) {
-    EXPECT_EQ(error.detail().where(), "--displacement-profile");
-    EXPECT_EQ(error.detail().value(), "1");
-    EXPECT_EQ(error.detail().limit(), "MM:N_PER_MM,…");
-  }
+  const LocalError error = test::thrown_by<LocalError>([&] { parse_profile("1", "--displacement-profile"); });
+  EXPECT_EQ(error.detail().where(), "--displacement-profile");
+  EXPECT_EQ(error.detail().value(), "1");
+  EXPECT_EQ(error.detail().limit(), "MM:N_PER_MM,…");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/identify/identify_task.h"
 #include "client/cli/identify/identify_upload.h"
+#include "tests/support/value_of.h"
 #include "tests/unit/client/identify/identify_fake_service.h"
 
 namespace hapticd::cli {
@@ -156,13 +157,9 @@ TEST(IdentifyCommand, AMalformedColumnIsReported) {
                            "force=Fz:N:nan", "force=Fz:N:inf", "force=Fz:N:1e999"}) {
     IdentifyTask task;
     task.columns = {text};
-    try {
-      recording_description(task);
-      ADD_FAILURE() << text;
-    } catch (const LocalError& error) {
-      EXPECT_EQ(error.detail().where(), "--column");
-      EXPECT_EQ(error.detail().value(), text);
-    }
+    const LocalError error = test::thrown_by<LocalError>([&] { recording_description(task); });
+    EXPECT_EQ(error.detail().where(), "--column");
+    EXPECT_EQ(error.detail().value(), text);
   }
   IdentifyTask twice;
   twice.columns = {"force=a", "force=b"};

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -11,6 +10,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/identify/identify_task.h"
 #include "client/cli/identify/identify_view.h"
+#include "tests/support/value_of.h"
 #include "tests/unit/client/identify/identify_fake_service.h"
 
 namespace hapticd::cli {
@@ -198,15 +198,10 @@ TEST(IdentifySession, ADaemonThatStaysAwayEndsTheSession) {
     while (fake.watched() == 0) std::this_thread::sleep_for(milliseconds(2));
     fake.disconnect();
   });
-  IdentifyOptions options;
-  options.timeout = milliseconds(300);
+  IdentifyOptions options{.timeout = milliseconds(300)};
   testing::internal::CaptureStderr();
-  try {
-    outcome_of(fake, start, options);
-    ADD_FAILURE() << "it ended by itself";
-  } catch (const client::Error& error) {
-    EXPECT_EQ(error.kind(), client::ErrorKind::kUnreachable);
-  }
+  const client::Error error = test::thrown_by<client::Error>([&] { outcome_of(fake, start, options); });
+  EXPECT_EQ(error.kind(), client::ErrorKind::kUnreachable);
   network.join();
   testing::internal::GetCapturedStderr();
 }
@@ -235,13 +230,10 @@ TEST(IdentifySession, ARefusalIsNotTriedAgain) {
   detail.set_value("contact-99");
   const IdentifyFakeService fake(
       {.watch_refusal = IdentifyFakeService::refusal(grpc::StatusCode::NOT_FOUND, detail)});
-  try {
-    outcome_of(fake, [](IdentifySession& identify) { identify.watch("contact-99"); });
-    ADD_FAILURE() << "was watched";
-  } catch (const client::Error& error) {
-    EXPECT_EQ(error.code(), "NOT_FOUND");
-    EXPECT_EQ(error.detail().value(), "contact-99");
-  }
+  const client::Error error = test::thrown_by<client::Error>(
+      [&] { outcome_of(fake, [](IdentifySession& identify) { identify.watch("contact-99"); }); });
+  EXPECT_EQ(error.code(), "NOT_FOUND");
+  EXPECT_EQ(error.detail().value(), "contact-99");
   EXPECT_EQ(fake.watched(), 1);
 }
 
@@ -343,16 +335,11 @@ TEST(IdentifySession, FitAndCoverageAreDrawnAtTheEnd) {
   if (std::system("command -v gnuplot > /dev/null") != 0) GTEST_SKIP() << "gnuplot is not installed";
   const IdentifyFakeService fake({.progress = run_to(v1::IDENTIFICATION_STATE_PARTIAL, 1)});
   const test::TemporaryFolder folder;
-  IdentifyOptions options;
-  options.svg = folder.path("fit.svg");
+  IdentifyOptions options{.svg = folder.path("fit.svg")};
   const Outcome outcome = outcome_of(fake, start, options);
   EXPECT_EQ(outcome.exit_code, ExitCode::kNotConverged);
-  std::ifstream file(options.svg);
-  std::stringstream text;
-  text << file.rdbuf();
-  EXPECT_TRUE(holds(text.str(), "<svg"));
-  EXPECT_TRUE(holds(text.str(), "</svg>"));
-  EXPECT_TRUE(holds(text.str(), "displacement / mm"));
+  const std::string text = test::file_text(options.svg);
+  for (const char* words : {"<svg", "</svg>", "displacement / mm"}) EXPECT_TRUE(holds(text, words)) << words;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "client/cli/session/session.h"
+#include "tests/support/value_of.h"
 #include "tests/unit/client/identify/identify_fake_service.h"
 
 namespace hapticd::cli {
@@ -90,15 +91,12 @@ TEST(IdentifyUpload, ARefusalInTheMiddleIsReportedWithLineAndColumn) {
        .upload_refusal = IdentifyFakeService::refusal(grpc::StatusCode::INVALID_ARGUMENT, detail)});
   client::Client client = connect(fake);
   const test::TemporaryFolder folder;
-  try {
-    upload_file(client, folder.write("cycle.csv", text_of(20 * kMebibyte)), description(), {});
-    ADD_FAILURE() << "was taken";
-  } catch (const client::Error& error) {
-    EXPECT_EQ(error.kind(), client::ErrorKind::kRefused);
-    EXPECT_EQ(error.code(), "INVALID_ARGUMENT");
-    EXPECT_EQ(error.detail().where(), "cycle.csv, line 4711, column 'force_n'");
-    EXPECT_EQ(error.detail().value(), "'abc'");
-  }
+  const client::Error error = test::thrown_by<client::Error>(
+      [&] { upload_file(client, folder.write("cycle.csv", text_of(20 * kMebibyte)), description(), {}); });
+  EXPECT_EQ(error.kind(), client::ErrorKind::kRefused);
+  EXPECT_EQ(error.code(), "INVALID_ARGUMENT");
+  EXPECT_EQ(error.detail().where(), "cycle.csv, line 4711, column 'force_n'");
+  EXPECT_EQ(error.detail().value(), "'abc'");
   EXPECT_LT(fake.uploaded_bytes(), 20 * kMebibyte);
 }
 
@@ -107,12 +105,9 @@ TEST(IdentifyUpload, ADaemonThatStopsReadingEndsTheUpload) {
   client::Client client = connect(fake);
   const test::TemporaryFolder folder;
   const std::string path = folder.write("cycle.csv", text_of(20 * kMebibyte));
-  try {
-    upload_file(client, path, description(), {.timeout = std::chrono::milliseconds(200)});
-    ADD_FAILURE() << "was taken";
-  } catch (const client::Error& error) {
-    EXPECT_EQ(error.kind(), client::ErrorKind::kTimedOut);
-  }
+  const client::Error error = test::thrown_by<client::Error>(
+      [&] { upload_file(client, path, description(), {.timeout = std::chrono::milliseconds(200)}); });
+  EXPECT_EQ(error.kind(), client::ErrorKind::kTimedOut);
 }
 
 TEST(IdentifyUpload, TheUserCanEndIt) {

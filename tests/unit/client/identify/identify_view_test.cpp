@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "tests/support/texts.h"
 #include "tests/unit/client/identify/identify_fake_service.h"
 
 namespace hapticd::cli {
@@ -17,11 +18,7 @@ using test::contact_progress;
 const Terminal kWideAscii{.width = 120, .height = 40};
 const Terminal kWideUnicode{.unicode = true, .width = 120, .height = 40};
 
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const auto& line : lines) text += line + "\n";
-  return text;
-}
+using test::joined;
 
 void expect_holds(const std::string& text, std::initializer_list<const char*> words) {
   for (const char* word : words) EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;

@@ -9,6 +9,7 @@
 #include "client/cli/calibrate/pose_files.h"
 #include "client/cli/session/session.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::cli {
 namespace {
@@ -28,14 +29,10 @@ TEST(CsvTable, ReadsNumbersAndSkipsComments) {
 }
 
 TEST(CsvTable, NamesTheLineThatIsWrong) {
-  try {
-    table_of("# c\na,b\n1,2\n1,2,3\n");
-    ADD_FAILURE();
-  } catch (const LocalError& error) {
-    EXPECT_NE(error.detail().where().find("line 4"), std::string::npos);
-    EXPECT_EQ(error.detail().value(), "3 cells");
-    EXPECT_EQ(error.detail().limit(), "2 cells");
-  }
+  const LocalError error = test::thrown_by<LocalError>([&] { table_of("# c\na,b\n1,2\n1,2,3\n"); });
+  EXPECT_NE(error.detail().where().find("line 4"), std::string::npos);
+  EXPECT_EQ(error.detail().value(), "3 cells");
+  EXPECT_EQ(error.detail().limit(), "2 cells");
 }
 
 TEST(ReferenceFile, NamesTheColumnsOfATrackerThatAreMissing) {
@@ -44,13 +41,10 @@ TEST(ReferenceFile, NamesTheColumnsOfATrackerThatAreMissing) {
        {std::pair{"time_s,x_mm,y_mm,z_mm\n0,1,2,3\n", "'stamp_ns'"},
         std::pair{"stamp_s,x_mm,y_mm,z\n0,1,2,3\n", "'z_mm'"},
         std::pair{"stamp_ns,x_mm,y_mm,z_mm,qw,qx,qy\n0,1,2,3,1,0,0\n", "'qz'"}}) {
-    try {
-      (void)read_reference_file(folder.write("tracker.csv", text));
-      ADD_FAILURE() << text;
-    } catch (const LocalError& error) {
-      EXPECT_NE(error.detail().remedy().find(missing), std::string::npos) << error.detail().remedy();
-      EXPECT_NE(error.detail().limit().find("stamp_ns"), std::string::npos);
-    }
+    const LocalError error =
+        test::thrown_by<LocalError>([&] { (void)read_reference_file(folder.write("tracker.csv", text)); });
+    EXPECT_NE(error.detail().remedy().find(missing), std::string::npos) << error.detail().remedy();
+    EXPECT_NE(error.detail().limit().find("stamp_ns"), std::string::npos);
   }
   EXPECT_EQ(
       read_reference_file(folder.write("t.csv", "stamp_ns,x_mm,y_mm,z_mm\n5,1,2,3\n")).front().poses_size(),

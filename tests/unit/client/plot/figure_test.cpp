@@ -9,9 +9,16 @@
 
 #include "client/cli/session/session.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::cli {
 namespace {
+
+/// A figure of one panel with this curve.
+Figure of_points(const std::vector<Point>& points, FigurePanel panel = {.x_label = "t"}) {
+  panel.series.push_back({.points = points});
+  return {.panels = {panel}};
+}
 
 TEST(Figure, TheScriptHoldsItsDataUnitsAndNames) {
   Figure figure{.title = "a \"title\""};
@@ -30,14 +37,10 @@ TEST(Figure, APlotGoesToAFolderThatIsThere) {
   EXPECT_NO_THROW(require_svg_path("--out", "x.svg"));
   EXPECT_NO_THROW(require_svg_path("--out", folder.path("x.svg")));
   const std::string elsewhere = folder.path("a/b/x.svg");
-  try {
-    require_svg_path("--out", elsewhere);
-    ADD_FAILURE() << "it is accepted";
-  } catch (const LocalError& error) {
-    EXPECT_EQ(error.detail().value(), elsewhere);
-    EXPECT_EQ(error.detail().where(), "--out");
-    EXPECT_FALSE(error.detail().remedy().empty());
-  }
+  const LocalError error = test::thrown_by<LocalError>([&] { require_svg_path("--out", elsewhere); });
+  EXPECT_EQ(error.detail().value(), elsewhere);
+  EXPECT_EQ(error.detail().where(), "--out");
+  EXPECT_FALSE(error.detail().remedy().empty());
   EXPECT_FALSE(std::filesystem::exists(folder.path("a")));
   EXPECT_THROW(require_svg_path("--out", folder.path("x.png")), LocalError);
 }
@@ -52,9 +55,7 @@ TEST(Figure, ATitleOfTheDaemonIsNoCommand) {
 }
 
 TEST(Figure, AQuantityThatNeverChangesHasARange) {
-  Figure figure;
-  figure.panels.push_back({.x_label = "t"});
-  figure.panels[0].series.push_back({.points = {{0.0, 3.0}, {1.0, 3.0}}});
+  Figure figure = of_points({{0.0, 3.0}, {1.0, 3.0}});
   EXPECT_NE(gnuplot_script(figure, "x.svg").find("set yrange [2.5:3.5]"), std::string::npos);
 }
 
@@ -92,25 +93,19 @@ TEST(Figure, LabelsOfALowPanelDoNotOverlap) {
 }
 
 TEST(Figure, WithoutNamesThereIsNoLegend) {
-  Figure figure;
-  figure.panels.push_back({.x_label = "t"});
-  figure.panels[0].series.push_back({.points = {{0.0, 0.3}, {1.0, 0.7}}});
+  Figure figure = of_points({{0.0, 0.3}, {1.0, 0.7}});
   EXPECT_NE(gnuplot_script(figure, "x.svg").find("unset key"), std::string::npos);
   figure.panels[0].series[0].name = "force";
   EXPECT_EQ(gnuplot_script(figure, "x.svg").find("unset key"), std::string::npos);
 }
 
 TEST(Figure, AGivenRangeIsUsed) {
-  Figure figure;
-  figure.panels.push_back({.x_label = "t", .x_range = Range{0.0, 9.0}});
-  figure.panels[0].series.push_back({.points = {{4.0, 3.0}, {5.0, 4.0}}});
+  const Figure figure = of_points({{4.0, 3.0}, {5.0, 4.0}}, {.x_label = "t", .x_range = Range{0.0, 9.0}});
   EXPECT_NE(gnuplot_script(figure, "x.svg").find("set xrange [0:9]"), std::string::npos);
 }
 
 TEST(Figure, ARangeFromZeroHidesNothingBelowZero) {
-  Figure figure;
-  figure.panels.push_back({.x_label = "t", .from_zero = true});
-  figure.panels[0].series.push_back({.points = {{1.0, -0.4}, {2.0, 4.0}}});
+  const Figure figure = of_points({{1.0, -0.4}, {2.0, 4.0}}, {.x_label = "t", .from_zero = true});
   EXPECT_NE(gnuplot_script(figure, "x.svg").find("set yrange [-1:4]"), std::string::npos)
       << gnuplot_script(figure, "x.svg");
 }

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "client/cli/plot/csv_table.h"
 #include "client/cli/session/session.h"
 #include "client/cli/text/names.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::cli {
 namespace {
@@ -99,14 +98,13 @@ TEST(Recording, NamesRigSceneAndMissingSamples) {
   }
   recording.finish(account);
 
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  EXPECT_NE(text.str().find("# rig: sim:phantom_1_0 (simulated), loop 1000 Hz"), std::string::npos);
-  EXPECT_NE(text.str().find("# uncertain: structural_mode_hz = 100 Hz (two\\nlines)"), std::string::npos);
-  EXPECT_NE(text.str().find("# scene at the start: tap_1d, target 0.5 N/mm"), std::string::npos);
-  EXPECT_NE(text.str().find("# every 10 tick(s)"), std::string::npos);
-  EXPECT_NE(text.str().find("# 3 samples, NOT complete: 1 missing in 1 gap(s)"), std::string::npos);
+  const std::string text = test::file_text(path);
+  for (const char* words : {"# rig: sim:phantom_1_0 (simulated), loop 1000 Hz",
+                            "# uncertain: structural_mode_hz = 100 Hz (two\\nlines)",
+                            "# scene at the start: tap_1d, target 0.5 N/mm", "# every 10 tick(s)",
+                            "# 3 samples, NOT complete: 1 missing in 1 gap(s)"}) {
+    EXPECT_NE(text.find(words), std::string::npos) << words;
+  }
 
   const CsvTable table = CsvTable::read(path);
   EXPECT_EQ(table.column("tick"), (std::vector<double>{10, 20, 40}));
@@ -116,14 +114,10 @@ TEST(Recording, NamesRigSceneAndMissingSamples) {
 TEST(Recording, SaysWhereItCannotWriteAndMakesNoFolder) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path("no_folder/recording.csv");
-  try {
-    const Recording recording(path, {}, {});
-    ADD_FAILURE() << "it is written";
-  } catch (const LocalError& error) {
-    EXPECT_EQ(error.detail().what(), "cannot write the recording");
-    EXPECT_EQ(error.detail().where(), path);
-    EXPECT_EQ(error.detail().value(), "No such file or directory");
-  }
+  const LocalError error = test::thrown_by<LocalError>([&] { const Recording recording(path, {}, {}); });
+  EXPECT_EQ(error.detail().what(), "cannot write the recording");
+  EXPECT_EQ(error.detail().where(), path);
+  EXPECT_EQ(error.detail().value(), "No such file or directory");
   EXPECT_FALSE(std::filesystem::exists(folder.path("no_folder")));
 }
 

@@ -9,6 +9,7 @@
 #include "client/cli/text/command_words.h"
 #include "hapticd/v1/pose.pb.h"
 #include "hapticd/v1/rig.pb.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::cli {
 namespace {
@@ -63,16 +64,11 @@ TEST(CommandWords, NameCommandsThatExist) {
 }
 
 TEST(Names, AnUnknownGroupIsNamed) {
-  try {
-    parse_groups("contact,force");
-    ADD_FAILURE();
-  } catch (const LocalError& error) {
-    EXPECT_EQ(error.detail().value(), "'force'");
-    EXPECT_EQ(
-        error.detail().limit(),
-        "sample, motion, contact, deformation, target, control, guard, timing, truth, direction, fusion, "
-        "passivity, zero, inclusion, friction, transient, angles, assist");
-  }
+  const LocalError error = test::thrown_by<LocalError>([&] { parse_groups("contact,force"); });
+  EXPECT_EQ(error.detail().value(), "'force'");
+  EXPECT_EQ(error.detail().limit(),
+            "sample, motion, contact, deformation, target, control, guard, timing, truth, direction, fusion, "
+            "passivity, zero, inclusion, friction, transient, angles, assist");
 }
 
 }  // namespace

@@ -10,8 +10,7 @@ namespace {
 TEST(TextTable, AlignsByVisibleColumns) {
   TextTable table({"µs", "max"}, {TextTable::Align::kLeft, TextTable::Align::kRight});
   table.add({"wake-up", "4.5"});
-  Terminal colored;
-  colored.color = true;
+  Terminal colored{.color = true};
   table.add({colored.paint(Color::kRed, "red"), "1234.5"});
   const auto lines = table.lines(Terminal{}, 1);
   EXPECT_EQ(lines[0], " µs          max");
@@ -27,8 +26,7 @@ TEST(TextTable, ACellOfOthersStaysInItsPlace) {
 }
 
 TEST(Print, OnlyTheProgramsOwnStylesBecomeEscapes) {
-  Terminal colored;
-  colored.color = true;
+  Terminal colored{.color = true};
   const std::string evil =
       "\x1b[31m\x1b]0;t\x07\r\n\xc2\x9b"
       "2J\xe2\x80\xae\x7f";
@@ -39,8 +37,7 @@ TEST(Print, OnlyTheProgramsOwnStylesBecomeEscapes) {
 
 TEST(Terminal, WidthsAreColumnsNotBytes) {
   EXPECT_EQ(display_width("±5 µm"), 5U);
-  Terminal colored;
-  colored.color = true;
+  Terminal colored{.color = true};
   EXPECT_EQ(display_width(colored.bold("ab")), 2U);
   EXPECT_EQ(padded(colored.bold("abc"), 2), colored.bold("ab"));
   EXPECT_EQ(padded("±5", 4), "±5  ");

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tests/support/texts.h"
+
 namespace hapticd::cli {
 namespace {
 
@@ -55,17 +57,11 @@ v1::RigState status_state() {
   return now;
 }
 
-std::string status_text(const std::vector<std::string>& lines) {
-  std::string all;
-  for (const std::string& line : lines) all += line + "\n";
-  return all;
-}
-
 TEST(StatusView, FitsASmallTerminalWithGuardAndContactInView) {
   const auto lines = status_lines(status_rig(), status_state(), v1::LeaseState(), {}, kSmallTerminal);
-  EXPECT_LE(lines.size(), 23U) << "with the prompt below it" << status_text(lines);
+  EXPECT_LE(lines.size(), 23U) << "with the prompt below it" << test::joined(lines);
   for (const std::string& line : lines) EXPECT_LE(display_width(line), 80U) << line;
-  const std::string all = status_text(lines);
+  const std::string all = test::joined(lines);
   EXPECT_NE(all.find("latched: sensor stale; no force until hapticctl clear"), std::string::npos) << all;
   EXPECT_NE(all.find("--parts"), std::string::npos) << "says what else there is\n" << all;
   EXPECT_NE(all.find("--rough (1 figure known only roughly)"), std::string::npos) << all;
@@ -74,7 +70,7 @@ TEST(StatusView, FitsASmallTerminalWithGuardAndContactInView) {
 TEST(StatusView, CountsOfPartsAreBrokenBetweenWords) {
   const auto lines = status_lines(status_rig(), status_state(), v1::LeaseState(),
                                   {.parts = true, .rough = true}, kSmallTerminal);
-  const std::string all = status_text(lines);
+  const std::string all = test::joined(lines);
   for (const std::string& line : lines) EXPECT_LE(display_width(line), 80U) << line;
   for (int i = 0; i < 24; ++i) {
     EXPECT_NE(all.find("number " + std::to_string(i)), std::string::npos) << i << "\n" << all;
@@ -89,16 +85,16 @@ TEST(StatusView, WithoutATerminalEachFactIsALine) {
   EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
     return line.find("figure number 0 ") != std::string::npos &&
            line.find("figure number 23 ") != std::string::npos;
-  })) << status_text(lines);
+  })) << test::joined(lines);
 }
 
 TEST(StatusView, NamesALawThatIsNotLinear) {
   v1::RigState now = status_state();
   now.mutable_target_law()->set_linear_n_per_mm(0.5);
-  EXPECT_EQ(status_text(status_lines(status_rig(), now, {}, {}, Terminal{})).find("linear"),
+  EXPECT_EQ(test::joined(status_lines(status_rig(), now, {}, {}, Terminal{})).find("linear"),
             std::string::npos);
   now.mutable_target_law()->mutable_hunt_crossley()->set_exponent(1.5);
-  const std::string all = status_text(status_lines(status_rig(), now, {}, {}, Terminal{}));
+  const std::string all = test::joined(status_lines(status_rig(), now, {}, {}, Terminal{}));
   EXPECT_NE(all.find("N/mm: Hunt-Crossley, K 0, B 0, M 1.5"), std::string::npos) << all;
 }
 

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "tests/support/texts.h"
+
 namespace hapticd::cli {
 namespace {
 
@@ -31,12 +33,6 @@ v1::StoredModel some_model() {
   open.set_value(0.1);
   open.set_standard_error(std::numeric_limits<double>::infinity());
   return model;
-}
-
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
 }
 
 void expect_holds(const std::string& text, const std::vector<std::string>& parts) {
@@ -69,7 +65,7 @@ TEST(StoredModelView, ListsOneALine) {
 }
 
 TEST(StoredModelView, ShowsAllThatIsKnown) {
-  const std::string text = joined(stored_model_text(some_model(), Terminal{}));
+  const std::string text = test::joined(stored_model_text(some_model(), Terminal{}));
   expect_holds(text, {some_model().hash(), "down to 6.1 mm, up to 5.81234 N\n", "4.2 % of rms",
                       "by the loaded scene", "current, soft", "1.71823", "0.0021", "inf", "N·s/mm"});
 }

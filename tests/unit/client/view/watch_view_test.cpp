@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "tests/support/texts.h"
+
 namespace hapticd::cli {
 namespace {
 
@@ -34,12 +36,6 @@ double profile(double depth_mm) {
   return depth_mm < 4.0 ? 0.3 : 0.3 + 0.1 * (depth_mm - 4.0);
 }
 
-std::string joined_frame(const std::vector<std::string>& lines) {
-  std::string all;
-  for (const std::string& line : lines) all += line + "\n";
-  return all;
-}
-
 TEST(WatchView, EveryNumberIsWholeOnEveryTerminal) {
   const WatchView view = pressed(constant);
   for (const int width : {60, 80, 100, 120, 200}) {
@@ -49,7 +45,7 @@ TEST(WatchView, EveryNumberIsWholeOnEveryTerminal) {
     for (const std::string& line : lines) {
       EXPECT_LE(display_width(line), static_cast<std::size_t>(width)) << line;
     }
-    const std::string all = joined_frame(lines);
+    const std::string all = test::joined(lines);
     for (const char* value : {"displacement 8.000 mm", "hand 3.091 N", "reaction 1.400 N",
                               "target 0.500 N/mm", "true hand 3.100 N"}) {
       EXPECT_NE(all.find(value), std::string::npos) << value << " at " << width << ":\n" << all;
@@ -59,9 +55,9 @@ TEST(WatchView, EveryNumberIsWholeOnEveryTerminal) {
 
 TEST(WatchView, ATargetThatChangesWithTheDepthIsNoStraightLine) {
   const Terminal terminal{.live = true, .unicode = true, .width = 80, .height = 24};
-  EXPECT_NE(joined_frame(pressed(constant).frame(client::StreamAccount(1), terminal)).find("target 0.5 N/mm"),
+  EXPECT_NE(test::joined(pressed(constant).frame(client::StreamAccount(1), terminal)).find("target 0.5 N/mm"),
             std::string::npos);
-  const std::string bent = joined_frame(pressed(profile).frame(client::StreamAccount(1), terminal));
+  const std::string bent = test::joined(pressed(profile).frame(client::StreamAccount(1), terminal));
   EXPECT_NE(bent.find("target, 0.7 N/mm now"), std::string::npos) << bent;
   EXPECT_EQ(bent.find("target 0.7 N/mm\n"), std::string::npos);
 }
@@ -80,7 +76,7 @@ TEST(WatchView, TheLegendsNameEveryCurveOnEveryTerminal) {
     for (const auto target : {constant, profile}) {
       const auto lines = pressed(target).frame(client::StreamAccount(1), terminal);
       EXPECT_LE(lines.size(), static_cast<std::size_t>(height));
-      const std::string all = joined_frame(lines);
+      const std::string all = test::joined(lines);
       EXPECT_EQ(count(all, "╍╍ target"), 1) << all;
       EXPECT_EQ(count(all, "━━ reaction"), 2) << all;
       EXPECT_EQ(count(all, "━━ hand, true"), 2) << all;
@@ -121,7 +117,7 @@ TEST(WatchView, ACurvedTargetIsDrawnAlongThePress) {
     if (dotted(lines[row], 38, 42)) lowest = row;
   }
   // 1.2 N of the 6 N of the axis: in the lowest third. What lies above are the straight lines of the forces.
-  EXPECT_GT(static_cast<double>(lowest - top), 0.66 * rows) << joined_frame(lines);
+  EXPECT_GT(static_cast<double>(lowest - top), 0.66 * rows) << test::joined(lines);
 }
 
 }  // namespace
