@@ -78,10 +78,9 @@ TEST(AuditLog, KeepsEveryLineUpToItsLimitAndRotates) {
   config.audit_file_mb = 0.1;
   constexpr int kLines = 2000;
   {
-    auto log = AuditLog::open(config);
-    ASSERT_TRUE(log);
-    for (int i = 0; i < kLines; ++i) (*log)->write(a_line("number " + std::to_string(i)));
-    EXPECT_EQ((*log)->dropped(), 0U);
+    auto log = test::value_of(AuditLog::open(config));
+    for (int i = 0; i < kLines; ++i) log->write(a_line("number " + std::to_string(i)));
+    EXPECT_EQ(log->dropped(), 0U);
   }
   std::size_t kept = 0;
   for (const auto& file : std::filesystem::directory_iterator(folder.path())) {
@@ -104,14 +103,13 @@ TEST(AuditLog, CountsLinesThatFindNoRoomAndLeavesNoPartOfThem) {
   getrlimit(RLIMIT_FSIZE, &before);
   signal(SIGXFSZ, SIG_IGN);
   {
-    auto log = AuditLog::open(config);
-    ASSERT_TRUE(log);
+    auto log = test::value_of(AuditLog::open(config));
     const rlimit little{.rlim_cur = 1000, .rlim_max = before.rlim_max};
     setrlimit(RLIMIT_FSIZE, &little);
-    for (std::size_t i = 0; i < kLines; ++i) (*log)->write(a_line("without room"));
-    EXPECT_TRUE(test::eventually([&] { return (*log)->dropped() > 0; }));
+    for (std::size_t i = 0; i < kLines; ++i) log->write(a_line("without room"));
+    EXPECT_TRUE(test::eventually([&] { return log->dropped() > 0; }));
     setrlimit(RLIMIT_FSIZE, &before);
-    (*log)->write(a_line("with room again"));
+    log->write(a_line("with room again"));
   }
   std::size_t counted = 0;
   std::string last;
@@ -131,20 +129,19 @@ TEST(AuditLog, RefusalsOfOneRotateNoLineOfTheOthersAway) {
   config.audit_file_mb = 0.1;
   constexpr std::size_t kRefused = 20'000;  // with 0.5 MB in five files some 2000 lines are kept
   {
-    auto log = AuditLog::open(config);
-    ASSERT_TRUE(log);
-    (*log)->write(a_line("of anna"));
+    auto log = test::value_of(AuditLog::open(config));
+    log->write(a_line("of anna"));
     AuditLine refused = a_line("refused");
     refused.identity = "user:mallory";
     refused.outcome = "PERMISSION_DENIED";
     refused.lease = 0;
-    for (std::size_t i = 0; i < kRefused; ++i) (*log)->write(refused);
+    for (std::size_t i = 0; i < kRefused; ++i) log->write(refused);
     AuditLine granted = refused;
     granted.lease = 4;
     granted.outcome = "CANCELLED";  // it may have acted before
     granted.method = "granted";
-    (*log)->write(granted);
-    (*log)->write(a_line("of anna again"));
+    log->write(granted);
+    log->write(a_line("of anna again"));
   }
   const auto lines = lines_of(config.audit_file);
   ASSERT_GE(lines.size(), 3U + AuditLog::kRefusalsPerS);
@@ -235,9 +232,7 @@ TEST(AuditLog, IsOfOneDaemon) {
 TEST(AuditLog, RefusesAFileThatCannotBeWritten) {
   AccessConfig config;
   config.audit_file = "/proc/no/such/folder/audit.jsonl";
-  const auto log = AuditLog::open(config);
-  ASSERT_FALSE(log);
-  EXPECT_EQ(log.error().where, "[access] audit_file");
+  EXPECT_EQ(test::error_of(AuditLog::open(config)).where, "[access] audit_file");
 }
 
 }  // namespace

@@ -58,19 +58,16 @@ class LeaseDeskTest : public testing::Test {
 };
 
 TEST_F(LeaseDeskTest, LetsAllCommandWhileNoOneHoldsIt) {
-  const auto admitted = desk.admit(anna, "", LeaseRule::kWhenTaken);
-  ASSERT_TRUE(admitted);
-  EXPECT_EQ(admitted->number, daemon.published.load());
-  EXPECT_FALSE(admitted->by_holder);
+  const auto admitted = test::value_of(desk.admit(anna, "", LeaseRule::kWhenTaken));
+  EXPECT_EQ(admitted.number, daemon.published.load());
+  EXPECT_FALSE(admitted.by_holder);
 }
 
 TEST_F(LeaseDeskTest, AnotherProgramOfTheHolderMayDoWhatIsForItsIdentity) {
   constexpr auto kIdentity = LeaseDesk::Holder::kIdentity;
-  const auto granted = desk.acquire(anna, {});
-  ASSERT_TRUE(granted);
-  const auto admitted = desk.admit(anna, "", LeaseRule::kRequired, kIdentity);
-  ASSERT_TRUE(admitted);
-  EXPECT_EQ(admitted->number, granted->lease.number);
+  const auto granted = test::value_of(desk.acquire(anna, {}));
+  const auto admitted = test::value_of(desk.admit(anna, "", LeaseRule::kRequired, kIdentity));
+  EXPECT_EQ(admitted.number, granted.lease.number);
   EXPECT_EQ(desk.admit(anna, "", LeaseRule::kRequired).refusal().reason, Reason::kLeaseHeld);
   EXPECT_EQ(desk.admit(ben, "", LeaseRule::kWhenTaken, kIdentity).refusal().reason, Reason::kLeaseHeld);
   EXPECT_EQ(desk.admit(anna, "of no lease", LeaseRule::kWhenTaken, kIdentity).refusal().reason,
@@ -78,57 +75,44 @@ TEST_F(LeaseDeskTest, AnotherProgramOfTheHolderMayDoWhatIsForItsIdentity) {
 }
 
 TEST_F(LeaseDeskTest, NeedsOneWhereItIsRequired) {
-  const auto refused = desk.admit(anna, "", LeaseRule::kRequired);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().reason, Reason::kLeaseRequired);
+  EXPECT_EQ(test::refusal_of(desk.admit(anna, "", LeaseRule::kRequired)).reason, Reason::kLeaseRequired);
 }
 
 TEST_F(LeaseDeskTest, LetsOnlyItsHolderCommand) {
-  LeaseTerms terms;
-  terms.purpose = "calibration";
-  const auto granted = desk.acquire(anna, terms);
-  ASSERT_TRUE(granted);
-  EXPECT_EQ(granted->changed_after_tick, 7U);
-  EXPECT_EQ(granted->lease.number, daemon.published.load());
-  const auto admitted = desk.admit(anna, granted->token, LeaseRule::kRequired);
-  ASSERT_TRUE(admitted);
-  EXPECT_TRUE(admitted->by_holder);
-  const auto other = desk.admit(ben, "", LeaseRule::kWhenTaken);
-  ASSERT_FALSE(other);
-  EXPECT_EQ(other.refusal().reason, Reason::kLeaseHeld);
-  EXPECT_EQ(other.refusal().error.what,
-            "another client, user:anna, has controlled the rig for 0 s: calibration");
+  const auto granted = test::value_of(desk.acquire(anna, {.purpose = "calibration"}));
+  EXPECT_EQ(granted.changed_after_tick, 7U);
+  EXPECT_EQ(granted.lease.number, daemon.published.load());
+  EXPECT_TRUE(test::value_of(desk.admit(anna, granted.token, LeaseRule::kRequired)).by_holder);
+  const auto other = test::refusal_of(desk.admit(ben, "", LeaseRule::kWhenTaken));
+  EXPECT_EQ(other.reason, Reason::kLeaseHeld);
+  EXPECT_EQ(other.error.what, "another client, user:anna, has controlled the rig for 0 s: calibration");
   EXPECT_FALSE(desk.admit(anna, "", LeaseRule::kWhenTaken)) << "another program of the same user";
-  EXPECT_FALSE(desk.admit(ben, granted->token, LeaseRule::kWhenTaken))
-      << "a token that was seen is of no use";
-  EXPECT_FALSE(desk.admit(anna, granted->token + "0", LeaseRule::kWhenTaken));
+  EXPECT_FALSE(desk.admit(ben, granted.token, LeaseRule::kWhenTaken)) << "a token that was seen is of no use";
+  EXPECT_FALSE(desk.admit(anna, granted.token + "0", LeaseRule::kWhenTaken));
   EXPECT_FALSE(desk.acquire(ben, {}));
 }
 
 TEST_F(LeaseDeskTest, ReturnedLetsAllCommandAgainUnderAnotherNumber) {
-  const auto granted = desk.acquire(anna, {});
-  ASSERT_TRUE(granted);
-  desk.give_back(ben, granted->token);
+  const auto granted = test::value_of(desk.acquire(anna, {}));
+  desk.give_back(ben, granted.token);
   EXPECT_TRUE(desk.snapshot().lease) << "only its holder returns it";
-  desk.give_back(anna, granted->token);
+  desk.give_back(anna, granted.token);
   EXPECT_FALSE(desk.snapshot().lease);
   EXPECT_EQ(desk.snapshot().change, LeaseChange::kReturned);
   EXPECT_TRUE(desk.admit(ben, "", LeaseRule::kWhenTaken));
-  EXPECT_GT(daemon.published.load(), granted->lease.number);
+  EXPECT_GT(daemon.published.load(), granted.lease.number);
   EXPECT_EQ(daemon.lost.load(), 0) << "it wanted that";
-  const auto late = desk.admit(anna, granted->token, LeaseRule::kWhenTaken);
-  ASSERT_FALSE(late);
-  EXPECT_EQ(late.refusal().reason, Reason::kLeaseLost);
+  const auto late = test::refusal_of(desk.admit(anna, granted.token, LeaseRule::kWhenTaken));
+  EXPECT_EQ(late.reason, Reason::kLeaseLost);
 }
 
 TEST_F(LeaseDeskTest, TakenNamesTheTakerToItsFormerHolder) {
   const auto granted = desk.acquire(anna, {});
   const auto taken = test::value_of(desk.take(ben, {}, "the demo begins", {}));
   EXPECT_EQ(daemon.lost_number.load(), granted->lease.number);
-  const auto late = desk.admit(anna, granted->token, LeaseRule::kWhenTaken);
-  ASSERT_FALSE(late);
+  const auto late = test::refusal_of(desk.admit(anna, granted->token, LeaseRule::kWhenTaken));
   constexpr auto kTaken = "the lease was taken by user:ben: the demo begins";
-  EXPECT_EQ(late.refusal().error.what, kTaken);
+  EXPECT_EQ(late.error.what, kTaken);
   EXPECT_EQ(desk.lost(granted->lease.number)->error.what, kTaken);
   EXPECT_FALSE(desk.lost(taken.lease.number));
   EXPECT_FALSE(desk.lost(0)) << "the daemon's own commands";
@@ -142,15 +126,14 @@ TEST_F(LeaseDeskTest, ExpiresWithItsActionWhenItsHolderIsNotHeardOf) {
     terms.ttl = milliseconds(20);
     terms.on_expiry = action;
     const int before = daemon.lost;  // the last of the effects
-    const auto granted = desk.acquire(anna, terms);
-    ASSERT_TRUE(granted);
+    const auto granted = test::value_of(desk.acquire(anna, terms));
     const auto until = LeaseDesk::Clock::now() + seconds(60);
     while (daemon.lost == before && LeaseDesk::Clock::now() < until)
       std::this_thread::sleep_for(milliseconds(1));
     EXPECT_EQ(daemon.action.load(), action);
-    EXPECT_EQ(daemon.lost_number.load(), granted->lease.number);
+    EXPECT_EQ(daemon.lost_number.load(), granted.lease.number);
     EXPECT_EQ(desk.snapshot().change, LeaseChange::kExpired);
-    EXPECT_FALSE(desk.renew(anna, granted->token));
+    EXPECT_FALSE(desk.renew(anna, granted.token));
   }
 }
 
@@ -179,12 +162,10 @@ TEST_F(LeaseDeskTest, EachUseRenewsIt) {
 }
 
 TEST_F(LeaseDeskTest, RampsTheForceOfRemoteHoldersByDefault) {
-  const auto remote = desk.acquire(of("spiffe://lab/hapticd/operator/anna", ConnectionKind::kTls), {});
-  ASSERT_TRUE(remote);
-  EXPECT_EQ(remote->lease.terms.on_expiry, LeaseExpiry::kRampToZero);
-  const auto local = desk.take(anna, {}, "why", {});
-  ASSERT_TRUE(local);
-  EXPECT_EQ(local->lease.terms.on_expiry, LeaseExpiry::kKeep);
+  const auto remote =
+      test::value_of(desk.acquire(of("spiffe://lab/hapticd/operator/anna", ConnectionKind::kTls), {}));
+  EXPECT_EQ(remote.lease.terms.on_expiry, LeaseExpiry::kRampToZero);
+  EXPECT_EQ(test::value_of(desk.take(anna, {}, "why", {})).lease.terms.on_expiry, LeaseExpiry::kKeep);
 }
 
 TEST(LeaseNotice, InformsTheHolderBeforeItIsTaken) {
@@ -210,11 +191,9 @@ TEST(LeaseNotice, IsGivenUpWithTheCall) {
   LeaseTerms terms;
   terms.ttl = seconds(60);
   ASSERT_TRUE(desk.acquire(of("user:anna"), terms));
-  Caller caller;
-  caller.deadline = Caller::Clock::now() + milliseconds(50);
-  const auto taken = desk.take(of("user:ben"), {}, "why", caller);
-  ASSERT_FALSE(taken);
-  EXPECT_EQ(taken.refusal().kind, RefusalKind::kDeadlineExceeded);
+  Caller caller{.deadline = Caller::Clock::now() + milliseconds(50)};
+  EXPECT_EQ(test::refusal_of(desk.take(of("user:ben"), {}, "why", caller)).kind,
+            RefusalKind::kDeadlineExceeded);
   EXPECT_EQ(desk.snapshot().lease->holder, "user:anna");
   EXPECT_TRUE(desk.snapshot().taker.empty());
 }

@@ -67,8 +67,7 @@ TEST(ArmFit, EndsSoonOnceItIsGivenUp) {
 }
 
 TEST(ArmFit, FitsEvenlySpacedOnesOfManyPoses) {
-  ArmFitSettings settings;
-  settings.max_poses = trial().reference.size() / 2;
+  ArmFitSettings settings{.max_poses = trial().reference.size() / 2};
   const auto fit = test::value_of(fit_arm(trial().rig, trial().reference, nominal().arm, settings));
   EXPECT_LE(fit.poses, settings.max_poses);
   EXPECT_GT(fit.poses, settings.max_poses / 2);
@@ -129,26 +128,23 @@ TEST(ArmFit, TooLittleMotionIsAnUncertainCalibration) {
 
 TEST(ArmFit, RefusesTooFewPoses) {
   const std::vector<ReferencePose> few(trial().reference.begin(), trial().reference.begin() + 20);
-  const auto fit = fit_arm(trial().rig, few, nominal().arm, {});
-  ASSERT_FALSE(fit);
-  EXPECT_EQ(fit.error().what, "too few poses of the tracker");
+  EXPECT_EQ(test::error_of(fit_arm(trial().rig, few, nominal().arm, {})).what,
+            "too few poses of the tracker");
 }
 
 TEST(ArmCalibration, CorrectsNothingWithoutAnglesAndSaysSo) {
-  const auto fit = fit_arm(trial().rig, trial().reference, nominal().arm, {});
-  ASSERT_TRUE(fit);
+  const auto fit = test::value_of(fit_arm(trial().rig, trial().reference, nominal().arm, {}));
   hal::RigSample sample = sample_of(trial().rig.poses().front());
-  EXPECT_EQ(correct(fit->calibration, sample).source, rt::PoseSource::kAllAngles);
+  EXPECT_EQ(correct(fit.calibration, sample).source, rt::PoseSource::kAllAngles);
   sample.angles.known = false;
-  const rt::CorrectedPose pose = correct(fit->calibration, sample);
+  const rt::CorrectedPose pose = correct(fit.calibration, sample);
   EXPECT_EQ(pose.source, rt::PoseSource::kReported);
   EXPECT_DOUBLE_EQ(pose.tip_mm.x(), sample.tip_position_mm.x);
 }
 
 TEST(ArmCalibration, CovarianceOfTheRigsFrameLacksTheRegistration) {
-  const auto fit = fit_arm(trial().rig, trial().reference, nominal().arm, {});
-  ASSERT_TRUE(fit);
-  ArmCalibration c = fit->calibration;
+  const auto fit = test::value_of(fit_arm(trial().rig, trial().reference, nominal().arm, {}));
+  ArmCalibration c = fit.calibration;
   c.covariance.setZero();
   c.misfit_mm2.setZero();
   c.covariance(parameter::kTranslation, parameter::kTranslation) = 4.0;

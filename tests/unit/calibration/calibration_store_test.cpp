@@ -84,15 +84,14 @@ TEST(CalibrationStore, WritesThroughNoLink) {
   const test::TemporaryFolder folder;
   const std::string precious = folder.write("precious", "kept");
   CalibrationStore store(folder.path(), "sim:test");
-  const auto kept = store.keep(example());
-  ASSERT_TRUE(kept);
+  const auto kept = test::value_of(store.keep(example()));
   std::filesystem::create_symlink(precious, folder.path("adopted.new"));
-  EXPECT_FALSE(store.adopt(kept->hash));
+  EXPECT_FALSE(store.adopt(kept.hash));
   EXPECT_EQ(std::filesystem::file_size(precious), 4U);
   std::filesystem::remove(folder.path("adopted.new"));
   folder.write("adopted.new", std::string(1000, 'x'));  // of a crash
-  ASSERT_TRUE(store.adopt(kept->hash));
-  EXPECT_EQ(std::filesystem::file_size(folder.path("adopted")), kept->hash.size());
+  ASSERT_TRUE(store.adopt(kept.hash));
+  EXPECT_EQ(std::filesystem::file_size(folder.path("adopted")), kept.hash.size());
 }
 
 TEST(CalibrationStore, KeepsAdoptsAndDeletesOverARestart) {
@@ -100,9 +99,8 @@ TEST(CalibrationStore, KeepsAdoptsAndDeletesOverARestart) {
   std::string hash;
   {
     CalibrationStore store(folder.path(), "sim:test");
-    const auto kept = store.keep(example());
-    ASSERT_TRUE(kept);
-    hash = kept->hash;
+    const auto kept = test::value_of(store.keep(example()));
+    hash = kept.hash;
     EXPECT_EQ(store.adopted().get(), nullptr);
     ASSERT_TRUE(store.adopt(hash.substr(0, 8)));
     ASSERT_NE(store.adopted().get(), nullptr);
@@ -111,9 +109,7 @@ TEST(CalibrationStore, KeepsAdoptsAndDeletesOverARestart) {
   CalibrationStore store(folder.path(), "sim:test");
   EXPECT_EQ(store.adopted_hash(), hash);
   ASSERT_NE(store.adopted().get(), nullptr);
-  const auto in_use = store.remove(hash);
-  ASSERT_TRUE(in_use);
-  EXPECT_EQ(in_use->reason, Reason::kInUse);
+  EXPECT_EQ(test::error_of(store.remove(hash)).reason, Reason::kInUse);
   ASSERT_TRUE(store.adopt(""));
   EXPECT_EQ(store.adopted().get(), nullptr);
   EXPECT_FALSE(store.remove(hash));

@@ -9,6 +9,7 @@
 #include "server/calibration/estimate/nominal_arm.h"
 #include "server/calibration/estimate/stream_offset.h"
 #include "tests/support/calibration/registration_trial.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::calibration {
 namespace {
@@ -83,18 +84,16 @@ TEST(StreamCheck, NamesASmallJumpAfterTheFit) {
   const study::RegistrationTrial trial =
       with({{"tracker_clock_jump_ms", 15.0}, {"tracker_clock_jump_at_s", 16.0}});
   ASSERT_EQ(complaint(trial), "");
-  const auto fit = fit_arm(trial.rig, trial.reference, find_nominal_arm(trial.rig.poses()).arm, {});
-  ASSERT_TRUE(fit);
-  const auto error = check_clock(*fit);
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->what, "the tracker's clock jumps or drifts");
+  const auto fit =
+      test::value_of(fit_arm(trial.rig, trial.reference, find_nominal_arm(trial.rig.poses()).arm, {}));
+  EXPECT_EQ(test::error_of(check_clock(fit)).what, "the tracker's clock jumps or drifts");
 }
 
 TEST(StreamCheck, AGoodClockIsNotComplainedOf) {
   const study::RegistrationTrial trial = with({});
-  const auto fit = fit_arm(trial.rig, trial.reference, find_nominal_arm(trial.rig.poses()).arm, {});
-  ASSERT_TRUE(fit);
-  EXPECT_FALSE(check_clock(*fit));
+  const auto fit =
+      test::value_of(fit_arm(trial.rig, trial.reference, find_nominal_arm(trial.rig.poses()).arm, {}));
+  EXPECT_FALSE(check_clock(fit));
 }
 
 TEST(StreamCheck, NamesAFrozenTracker) {
@@ -132,14 +131,12 @@ TEST(StreamCheck, RefusesAMotionInAPlane) {
 
 TEST(StreamOffset, IsFoundForAnyClockOfTheTracker) {
   study::RegistrationTrial trial = with({});
-  const auto near = find_offset(trial.rig, trial.reference, -0.1, 0.5);
-  ASSERT_TRUE(near);
+  const auto near = test::value_of(find_offset(trial.rig, trial.reference, -0.1, 0.5));
   for (const double ahead_s : {-40.0, 5.0, 1.76e9}) {
     std::vector<ReferencePose> shifted = trial.reference;
     for (ReferencePose& pose : shifted) pose.stamp_s += ahead_s;
-    const auto found = find_any_offset(trial.rig, shifted);
-    ASSERT_TRUE(found);
-    EXPECT_NEAR(found->offset_s, ahead_s + near->offset_s, 0.02);
+    const auto found = test::value_of(find_any_offset(trial.rig, shifted));
+    EXPECT_NEAR(found.offset_s, ahead_s + near.offset_s, 0.02);
   }
 }
 

@@ -94,10 +94,7 @@ TEST(Http2Watch, CountsACallUntilTheServiceHasAnsweredIt) {
 }
 
 TEST(Http2Watch, LimitsWhatAllConnectionsOfAClientHaveUnderWay) {
-  AccountLimits limits;
-  limits.max_calls = 3;
-  limits.max_unfinished_bytes = 1000;
-  Account account(limits);
+  Account account({.max_calls = 3, .max_unfinished_bytes = 1000});
   Http2Watch first(account);
   Http2Watch second(account);
   std::string onward;
@@ -130,9 +127,7 @@ std::string message(unsigned size) {
 // A request of 1 MB in pieces of 24 bytes, with other bytes in between, took as much memory as gRPC may have,
 // by one connection; gRPC then ended calls of all clients.
 TEST(Http2Watch, LimitsThePiecesOfRequests) {
-  AccountLimits limits;
-  limits.max_pieces = 1000;
-  Watched watched(limits);
+  Watched watched({.max_pieces = 1000});
   const std::string large = message(1'000'000);
   ASSERT_EQ(watched.send(kPreface + open_call(1) + open_call(3)), "");
   for (std::size_t i = 0; i < 990; ++i) ASSERT_EQ(watched.send(frame(0, 0, 1, large.substr(24 * i, 24))), "");
@@ -146,8 +141,7 @@ TEST(Http2Watch, LimitsThePiecesOfRequests) {
 }
 
 TEST(Http2Watch, LetsAStreamOfSmallMessagesThrough) {
-  AccountLimits limits;
-  limits.max_pieces = 1000;
+  AccountLimits limits{.max_pieces = 1000};
   std::string messages;
   for (int i = 0; i < 5000; ++i) messages += message(100);
   for (const std::size_t piece : {std::size_t{105}, std::size_t{70}, std::size_t{250}}) {

@@ -5,8 +5,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "tests/support/temporary_folder.h"
 
@@ -22,10 +20,6 @@ class SignInTest : public testing::Test {
  protected:
   SignIn of(const std::string& folder, std::uint16_t port = kPort) {
     return SignIn(folder, seconds(3600), port, [this] { return now_; });
-  }
-  static std::string content(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
   }
   static mode_t mode(const std::string& path) {
     struct stat file {};
@@ -96,10 +90,10 @@ TEST_F(SignInTest, ASecretThatOthersMayReadIsReplaced) {
     const test::TemporaryFolder folder;
     const std::string path = folder.path("console.key");
     const std::string cookie = of(folder.path()).cookie_for("user:anna", kAnna);
-    const std::string before = content(path);
+    const std::string before = test::file_text(path);
     ASSERT_EQ(chmod(path.c_str(), open_to_others), 0);
     EXPECT_EQ(of(folder.path()).session_of(cookie, kAnna), nullptr);
-    EXPECT_NE(content(path), before);
+    EXPECT_NE(test::file_text(path), before);
     EXPECT_EQ(mode(path), 0600U);
   }
 }

@@ -64,8 +64,7 @@ TEST(PoseMaker, TakesTheBendingOutAndCountsAShareOfItAsError) {
 
 TEST(PoseMaker, ThePressAxisGivesTheNormalInOneDimensionAndTheRecordInThree) {
   PoseMaker maker(device());
-  SceneFacts scene;
-  scene.press_axis = hal::Vector3{0.0, 0.0, -1.0};
+  SceneFacts scene{.press_axis = hal::Vector3{0.0, 0.0, -1.0}};
   rt::TickRecord record = record_at(1);
   record.channels |= rt::channel::kContact;
   maker.follow(record, scene);
@@ -107,8 +106,7 @@ calibration::ArmCalibration registration() {
 
 TEST(PoseMaker, InTheReferenceFrameAllOfThePoseIsTurned) {
   PoseMaker maker(device());
-  SceneFacts scene;
-  scene.press_axis = hal::Vector3{-1.0, 0.0, 0.0};
+  SceneFacts scene{.press_axis = hal::Vector3{-1.0, 0.0, 0.0}};
   for (int ms = 0; ms < 50; ++ms) {
     rt::TickRecord record = record_at(ms);
     record.tip_position_mm.x += 0.1 * ms;

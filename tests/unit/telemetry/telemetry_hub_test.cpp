@@ -22,11 +22,16 @@ class TelemetryHubTest : public testing::Test {
   explicit TelemetryHubTest(std::size_t ring = 8192) : engine_(rig_, ring), hub_(engine_) {}
 
   void tick(std::uint64_t count) {
+    hal::RigSample sample;
     for (std::uint64_t i = 0; i < count; ++i) {
-      hal::RigSample sample;
       sample.tick = next_tick_++;
       engine_.on_tick(sample);
     }
+  }
+  /// Ticks that are handed on at `now_`.
+  void pass(std::uint64_t count) {
+    tick(count);
+    hub_.pump(now_);
   }
   static std::vector<std::uint64_t> ticks(const Subscription::Batch& batch) {
     std::vector<std::uint64_t> numbers;
@@ -49,12 +54,10 @@ TEST_F(TelemetryHubTest, BatchesAreReadyWhenFullOrOld) {
   const auto subscription = hub_.subscribe(options);
   Subscription::Batch batch;
 
-  tick(3);
-  hub_.pump(now_);
+  pass(3);
   EXPECT_EQ(calls, 0);
   EXPECT_FALSE(subscription->take(batch, now_));
-  tick(2);
-  hub_.pump(now_);
+  pass(2);
   EXPECT_EQ(calls, 1);
   ASSERT_TRUE(subscription->take(batch, now_));
   EXPECT_EQ(ticks(batch), (std::vector<std::uint64_t>{0, 1, 2, 3}));
@@ -74,24 +77,22 @@ TEST_F(TelemetryHubTest, DecimationKeepsEveryNthTick) {
   options.batch_size = 3;
   const auto subscription = hub_.subscribe(options);
   next_tick_ = 5;
-  tick(30);
-  hub_.pump(now_);
+  pass(30);
   Subscription::Batch batch;
   ASSERT_TRUE(subscription->take(batch, now_));
   EXPECT_EQ(ticks(batch), (std::vector<std::uint64_t>{10, 20, 30}));
 }
 
 TEST_F(TelemetryHubTest, AStalledSubscriberLosesItsOwnOldestAndNoOneElses) {
-  SubscriptionOptions slow;
-  slow.queue_samples = 100;
-  slow.batch_size = 100;
-  const auto stalled = hub_.subscribe(slow);
+  SubscriptionOptions options;
+  options.batch_size = 100;
+  options.queue_samples = 100;
+  const auto stalled = hub_.subscribe(options);
   const auto reading = hub_.subscribe({});
   std::uint64_t expected = 0;
   Subscription::Batch batch;
   for (int round = 0; round < 50; ++round) {
-    tick(20);
-    hub_.pump(now_);
+    pass(20);
     while (reading->take(batch, now_)) {
       EXPECT_EQ(batch.dropped_by_subscriber, 0U);
       for (const std::uint64_t number : ticks(batch)) EXPECT_EQ(number, expected++);
@@ -106,10 +107,10 @@ TEST_F(TelemetryHubTest, AStalledSubscriberLosesItsOwnOldestAndNoOneElses) {
 }
 
 TEST_F(TelemetryHubTest, ASampleIsHeldForAMinuteAtMost) {
-  SubscriptionOptions slow;
-  slow.queue_samples = 60000;
-  slow.batch_size = 10;
-  const auto stalled = hub_.subscribe(slow);
+  SubscriptionOptions options;
+  options.batch_size = 10;
+  options.queue_samples = 60000;
+  const auto stalled = hub_.subscribe(options);
   for (int s = 0; s < 100; ++s) {
     tick(1);
     hub_.pump(now_ + std::chrono::seconds(s));
@@ -124,12 +125,11 @@ TEST_F(TelemetryHubTest, ASampleIsHeldForAMinuteAtMost) {
 TEST_F(TelemetryHubTest, ADecimatedSampleIsHeldForSixtyThousandTicksAtMost) {
   SubscriptionOptions slow;
   slow.decimation = 100;
-  slow.queue_samples = 60000;
   slow.batch_size = 10;
+  slow.queue_samples = 60000;
   const auto stalled = hub_.subscribe(slow);
   for (int i = 0; i < 70; ++i) {
-    tick(1000);
-    hub_.pump(now_);
+    pass(1000);
   }
   Subscription::Batch batch;
   ASSERT_TRUE(stalled->take(batch, now_));
@@ -139,17 +139,16 @@ TEST_F(TelemetryHubTest, ADecimatedSampleIsHeldForSixtyThousandTicksAtMost) {
 
 TEST_F(TelemetryHubTest, ManySubscribersHoldLessEachButNoneOfTheDaemonsOwn) {
   SubscriptionOptions own;
-  own.queue_samples = 4000;
   own.batch_size = 4000;
+  own.queue_samples = 4000;
   own.is_own = true;
   const auto recorder = hub_.subscribe(own);
   SubscriptionOptions slow;
-  slow.queue_samples = 60000;
   slow.batch_size = 2000;
+  slow.queue_samples = 60000;
   std::vector<std::shared_ptr<Subscription>> many;
   for (int i = 0; i < 499; ++i) many.push_back(hub_.subscribe(slow));
-  tick(4000);
-  hub_.pump(now_);
+  pass(4000);
   Subscription::Batch batch;
   ASSERT_TRUE(many.front()->take(batch, now_));
   EXPECT_EQ(batch.entries.size(), Subscription::kMaxQueued / 500);
@@ -168,8 +167,7 @@ TEST_F(TelemetryHubTest, WhatIsEncodedIsKeptForThoseWhoKeepUp) {
   SubscriptionOptions options;
   options.batch_size = 2;
   const auto subscription = hub_.subscribe(options);
-  tick(2);
-  hub_.pump(now_);
+  pass(2);
   Subscription::Batch batch;
   ASSERT_TRUE(subscription->take(batch, now_));
   std::string text;
@@ -185,12 +183,11 @@ TEST_F(TelemetryHubTest, WhatIsEncodedIsKeptForThoseWhoKeepUp) {
 TEST_F(TelemetryHubTest, DroppedSamplesAreCountedInTheSubscribersOwnMeasure) {
   SubscriptionOptions options;
   options.decimation = 10;
-  options.queue_samples = 100;
   options.batch_size = 100;
+  options.queue_samples = 100;
   const auto subscription = hub_.subscribe(options);
   for (int round = 0; round < 10; ++round) {
-    tick(200);
-    hub_.pump(now_);
+    pass(200);
   }
   Subscription::Batch batch;
   ASSERT_TRUE(subscription->take(batch, now_));
@@ -209,8 +206,7 @@ TEST_F(SmallRing, WhatTheHubItselfMissesIsReportedToEverySubscriberSinceItsOwnBe
   SubscriptionOptions options;
   options.batch_size = 1;
   const auto subscription = hub_.subscribe(options);
-  tick(80);
-  hub_.pump(now_);
+  pass(80);
   Subscription::Batch batch;
   ASSERT_TRUE(subscription->take(batch, now_));
   EXPECT_EQ(batch.dropped_by_server, 16U);
@@ -303,8 +299,7 @@ TEST_F(TelemetryHubTest, WhoUnsubscribedIsCalledNoMore) {
   EXPECT_EQ(hub_.subscriber_count(), 1U);
   hub_.unsubscribe(subscription);
   EXPECT_EQ(hub_.subscriber_count(), 0U);
-  tick(10);
-  hub_.pump(now_);
+  pass(10);
   EXPECT_EQ(calls, 0);
 }
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/value_of.h"
+
 namespace hapticd::server {
 namespace {
 
@@ -69,9 +71,8 @@ TEST_F(EndpointTableTest, ARepeatedMessageDoesNotCountAndHarmsNoOne) {
   const std::uint64_t second = alive("experiment", first);
   now += milliseconds(150);
   for (const std::uint64_t stale : {first, second + 1, ~std::uint64_t{0}}) {
-    const auto refused = table.check_in(from("experiment", stale), now);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.refusal().kind, RefusalKind::kAborted);
+    const auto refused = test::refusal_of(table.check_in(from("experiment", stale), now));
+    EXPECT_EQ(refused.kind, RefusalKind::kAborted);
   }
   EXPECT_EQ(table.views(now)[0].wrong_nonces, 3U);
   now += milliseconds(49);
@@ -90,9 +91,7 @@ TEST_F(EndpointTableTest, BeginningAgainDoesNotCount) {
 
 TEST_F(EndpointTableTest, ASecondSenderIsRefusedUntilTheFirstIsMissing) {
   const std::uint64_t nonce = alive("experiment", begin("experiment"));
-  const auto refused = table.check_in(from("experiment", 0, 2), now);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().reason, Reason::kBusy);
+  EXPECT_EQ(test::refusal_of(table.check_in(from("experiment", 0, 2), now)).reason, Reason::kBusy);
   EXPECT_FALSE(table.check_in(from("experiment", nonce, 2), now)) << "nor with the nonce of the first";
   now += milliseconds(200);
   alive("experiment", begin("experiment", 2), 2);
@@ -101,9 +100,7 @@ TEST_F(EndpointTableTest, ASecondSenderIsRefusedUntilTheFirstIsMissing) {
 
 TEST_F(EndpointTableTest, APedalMustSayWhetherItIsPressed) {
   const std::uint64_t nonce = begin("pedal");
-  const auto silent = table.check_in(from("pedal", nonce), now);
-  ASSERT_FALSE(silent);
-  EXPECT_EQ(silent.refusal().kind, RefusalKind::kInvalidArgument);
+  EXPECT_EQ(test::refusal_of(table.check_in(from("pedal", nonce), now)).kind, RefusalKind::kInvalidArgument);
   alive("pedal", nonce, 1, false);
   EXPECT_TRUE(table.any_released());
   EXPECT_EQ(state(1), EndpointState::kReleased);
@@ -117,13 +114,10 @@ TEST_F(EndpointTableTest, WhoWasAPedalOnceStaysOne) {
 }
 
 TEST_F(EndpointTableTest, RefusesUnknownNamesAndMissingSenders) {
-  const auto unknown = table.check_in(from("pedall", 0), now);
-  ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.refusal().kind, RefusalKind::kNotFound);
-  EXPECT_EQ(unknown.refusal().error.remedy, "did you mean 'pedal'?");
-  const auto without_sender = table.check_in(from("pedal", 0, 0), now);
-  ASSERT_FALSE(without_sender);
-  EXPECT_EQ(without_sender.refusal().kind, RefusalKind::kInvalidArgument);
+  const auto unknown = test::refusal_of(table.check_in(from("pedall", 0), now));
+  EXPECT_EQ(unknown.kind, RefusalKind::kNotFound);
+  EXPECT_EQ(unknown.error.remedy, "did you mean 'pedal'?");
+  EXPECT_EQ(test::refusal_of(table.check_in(from("pedal", 0, 0), now)).kind, RefusalKind::kInvalidArgument);
   EndpointTable none({}, [] { return 1U; });
   EXPECT_EQ(none.check_in(from("pedal", 0), now).refusal().error.what, "this daemon has no watchdog");
 }
