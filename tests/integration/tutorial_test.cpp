@@ -2,9 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <regex>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -17,18 +15,14 @@ namespace hapticd::test {
 namespace {
 
 std::string text_of(const std::string& path) {
-  std::ifstream file(std::string(SOURCE_FOLDER "/") + path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
+  return file_text(std::string(SOURCE_FOLDER "/") + path);
 }
 
 TEST(Tutorials, TheFirstSceneLoadsAndIsSofterOutsideThanInside) {
   const RunningService service;
   v1::SetObjectRequest object;
   object.set_name("foam_ball_3d");
-  v1::SetObjectResponse placed;
-  ASSERT_TRUE(service.simulation->SetObject(call_context().get(), object, &placed).ok());
+  answer_of(*service.simulation, &v1::SimulationService::Stub::SetObject, object);
   ASSERT_TRUE(ok(service.load_toml(text_of("tests/integration/tutorial/soft_with_core.toml"))));
   const auto target_above = [](double n_per_mm) {
     return [n_per_mm](const v1::RigState& s) {
@@ -42,7 +36,7 @@ TEST(Tutorials, TheFirstSceneLoadsAndIsSofterOutsideThanInside) {
 /// A daemon that is reached plainly and with certificates; its own clients have them.
 class ReachedBothWays {
  public:
-  ReachedBothWays() : service_(config_of(lab_)) {
+  ReachedBothWays() : service_(config_with_certificates(lab_.server())) {
     setenv("HAPTICD_CERTIFICATES", lab_.client("anna").c_str(), 1);
   }
   ~ReachedBothWays() { unsetenv("HAPTICD_CERTIFICATES"); }
@@ -54,12 +48,6 @@ class ReachedBothWays {
   }
 
  private:
-  static server::DaemonConfig config_of(const Lab& lab) {
-    server::DaemonConfig config = quiet_config();
-    config.listen_tls = server::ListenAddress{"127.0.0.1", 0};
-    config.certificates = lab.server();
-    return config;
-  }
   const Lab lab_;
   const RunningService service_;
 };

@@ -5,10 +5,10 @@
 
 #include <fstream>
 #include <set>
-#include <sstream>
 #include <string>
 
 #include "server/access/role_policy.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::server {
 namespace {
@@ -88,10 +88,8 @@ std::string access_table_markdown() {
 }
 
 TEST(AccessTable, StandsInTheDocumentation) {
-  std::ifstream page(SOURCE_FOLDER "/docs/access.md");
-  std::ostringstream text;
-  text << page.rdbuf();
-  EXPECT_NE(text.str().find(access_table_markdown()), std::string::npos) << access_table_markdown();
+  const std::string page = test::file_text(SOURCE_FOLDER "/docs/access.md");
+  EXPECT_NE(page.find(access_table_markdown()), std::string::npos) << access_table_markdown();
 }
 
 }  // namespace

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -16,6 +14,7 @@
 #include "tests/integration/access/access_client.h"
 #include "tests/integration/error_detail.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/texts.h"
 
 namespace hapticd::test {
 namespace {
@@ -64,10 +63,8 @@ TEST(Gate, RefusesEveryCallThatTheRoleDoesNotHaveAndNoOther) {
       const v1::ErrorDetail detail = detail_of(status);
       EXPECT_EQ(detail.reason(), v1::ERROR_REASON_NOT_PERMITTED);
       EXPECT_EQ(detail.where(), row.method);
-      EXPECT_NE(
-          detail.value().find(role == Role::kNone ? "without a role" : std::string(server::to_text(role))),
-          std::string::npos)
-          << detail.value();
+      EXPECT_TRUE(
+          holds(detail.value(), role == Role::kNone ? "without a role" : std::string(server::to_text(role))));
       EXPECT_FALSE(detail.remedy().empty());
     }
   }
@@ -157,9 +154,8 @@ TEST(Gate, LetsTheDeniedDoNothing) {
   config.access.denied["local"] = "left the lab";
   const RunningService service(config);
   const grpc::Status status = service.stop();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAUTHENTICATED);
-  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_NOT_IDENTIFIED);
-  EXPECT_NE(detail_of(status).what().find("left the lab"), std::string::npos);
+  expect_refused_for(status, grpc::StatusCode::UNAUTHENTICATED, v1::ERROR_REASON_NOT_IDENTIFIED);
+  EXPECT_TRUE(holds(detail_of(status).what(), "left the lab"));
 }
 
 std::unique_ptr<grpc::ClientContext> on_behalf_of(const std::string& name) {
@@ -176,7 +172,7 @@ TEST(Gate, LetsNoOrdinaryClientCallOnBehalfOfAnother) {
     v1::UnloadSceneResponse unloaded;
     const grpc::Status status = service.scene->UnloadScene(on_behalf_of(name).get(), {}, &unloaded);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::PERMISSION_DENIED);
-    EXPECT_NE(detail_of(status).value().find(name), std::string::npos);
+    EXPECT_TRUE(holds(detail_of(status).value(), name));
     // What every identity may do is the client's own.
     v1::Access access;
     EXPECT_TRUE(client.access->GetAccess(on_behalf_of(name).get(), {}, &access).ok());
@@ -245,11 +241,6 @@ TEST(Gate, AKeyOfTheConsoleIsRedeemedByAConsoleOnce) {
             grpc::StatusCode::NOT_FOUND);
 }
 
-std::string text_of_file(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST(Audit, HasOneLineForEachRefusedOrStateChangingCall) {
   const TemporaryFolder folder;
   server::DaemonConfig config = quiet_config();
@@ -267,14 +258,13 @@ TEST(Audit, HasOneLineForEachRefusedOrStateChangingCall) {
     EXPECT_TRUE(service.stop(stop).ok());
     EXPECT_TRUE(service.clear().ok());
   }
-  const std::string text = text_of_file(config.access.audit_file);
+  const std::string text = file_text(config.access.audit_file);
   std::vector<std::string> lines;
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
   ASSERT_EQ(lines.size(), 5U) << text;
   const auto expect_has = [&](std::size_t line, std::initializer_list<const char*> parts) {
-    for (const char* part : parts)
-      EXPECT_NE(lines[line].find(part), std::string::npos) << part << " in " << lines[line];
+    for (const char* part : parts) EXPECT_TRUE(holds(lines[line], part)) << part << " in " << lines[line];
   };
   expect_has(0, {"RenderingService/SetTarget", "FAILED_PRECONDITION", "no scene is loaded",
                  "stiffness_n_per_mm: 0.25"});

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <csignal>
 #include <thread>
 
@@ -12,6 +11,7 @@
 #include "tests/integration/access/access_client.h"
 #include "tests/integration/error_detail.h"
 #include "tests/support/child_process.h"
+#include "tests/support/eventually.h"
 
 namespace hapticd::test {
 namespace {
@@ -40,8 +40,7 @@ TEST(LeaseService, RefusesTheCommandsOfOthersAndNamesItsHolder) {
   ASSERT_TRUE(holder.acquire(request).ok());
   EXPECT_TRUE(holder.set(0.3).ok());
   const grpc::Status refused = other.set(0.4);
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(refused).reason(), v1::ERROR_REASON_LEASE_HELD);
+  expect_refused_for(refused, grpc::StatusCode::FAILED_PRECONDITION, v1::ERROR_REASON_LEASE_HELD);
   EXPECT_NE(detail_of(refused).what().find("calibration"), std::string::npos);
   EXPECT_EQ(detail_of(other.acquire()).reason(), v1::ERROR_REASON_LEASE_HELD);
   EXPECT_TRUE(other.stop().ok()) << "all may stop";
@@ -119,8 +118,7 @@ TEST(LeaseService, WhatWaitsForItsTimeIsLostWithTheLease) {
   while (!sent) std::this_thread::yield();
   ASSERT_TRUE(taker.take().ok());
   waiting.join();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED);
-  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_LEASE_LOST);
+  expect_refused_for(status, grpc::StatusCode::ABORTED, v1::ERROR_REASON_LEASE_LOST);
   EXPECT_NE(detail_of(status).what().find("was taken by"), std::string::npos) << detail_of(status).what();
 }
 
@@ -237,11 +235,7 @@ TEST(LeaseService, AHolderWhoseProcessIsStoppedLosesIt) {
   const ChildProcess holder(HAPTICCTL_BINARY, {"--server", service.address(), "lease", "hold", "--ttl", "1",
                                                "--on-expiry", "ramp_to_zero", "--", "sleep", "10"});
   const AccessClient other(connect(service.address()));
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
-  while (!other.lease_state().has_lease() && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  ASSERT_TRUE(other.lease_state().has_lease());
+  ASSERT_TRUE(eventually([&] { return other.lease_state().has_lease(); }));
   holder.signal(SIGSTOP);
   const v1::RigState lost =
       service.await([](const v1::RigState& state) { return state.guard_state() == v1::GUARD_STATE_LATCHED; });

@@ -13,8 +13,6 @@
 #include <deque>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <thread>
 #include <vector>
@@ -25,9 +23,11 @@
 #include "server/access/local_user.h"
 #include "tests/integration/robustness/raw_call.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/eventually.h"
 #include "tests/support/http2_flood.h"
 #include "tests/support/lab.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 namespace {
@@ -98,11 +98,10 @@ TEST(StopPath, IsInTheAuditLogByItsPath) {
     for (const client::ClientOptions& options : daemon.options()) {
       client::stop_by_stop_port(options.address, options.certificates, kTimeout);
     }
-    const auto until = std::chrono::steady_clock::now() + kTimeout;
-    while (std::count(text.begin(), text.end(), '\n') < 3 && std::chrono::steady_clock::now() < until) {
-      std::ifstream file(daemon.folder.path("audit.jsonl"));
-      text.assign(std::istreambuf_iterator<char>(file), {});
-    }
+    eventually([&] {
+      text = file_text(daemon.folder.path("audit.jsonl"));
+      return std::count(text.begin(), text.end(), '\n') >= 3;
+    });
   }
   for (const char* part : {"by the stop port\"", "by the datagram socket",
                            "by the stop port with certificates", "spiffe://optics/hapticd/observer/screen",
@@ -132,11 +131,10 @@ TEST(StopPath, OfTheServiceIsWrittenDownSoManyTimesASecond) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1100));
     raw_call(daemon.service.channel, "/hapticd.v1.SafetyService/Stop", "\xff\xff\xff\xff");
     took = std::chrono::steady_clock::now() - began;
-    const auto until = std::chrono::steady_clock::now() + kTimeout;
-    while (text.find("more before") == std::string::npos && std::chrono::steady_clock::now() < until) {
-      std::ifstream file(daemon.folder.path("audit.jsonl"));
-      text.assign(std::istreambuf_iterator<char>(file), {});
-    }
+    eventually([&] {
+      text = file_text(daemon.folder.path("audit.jsonl"));
+      return text.find("more before") != std::string::npos;
+    });
   }
   EXPECT_LE(std::count(text.begin(), text.end(), '\n'), kMaxPerS * (2.0 + took.count()));
   EXPECT_NE(text.find("the finger hurts"), std::string::npos) << text;
@@ -230,12 +228,9 @@ TEST(StopPath, RefusesTheDeniedByEveryTransport) {
   access.denied["spiffe://optics/hapticd/observer/screen"] = "sold";
   const Everywhere daemon(access);
   for (const client::ClientOptions& options : daemon.options()) {
-    try {
-      client::stop_by_stop_port(options.address, options.certificates, kTimeout);
-      ADD_FAILURE() << options.address;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), client::ErrorKind::kRefused) << error.what();
-    }
+    const Error error =
+        thrown_by<Error>([&] { client::stop_by_stop_port(options.address, options.certificates, kTimeout); });
+    EXPECT_EQ(error.kind(), client::ErrorKind::kRefused) << error.what();
     EXPECT_THROW(client::stop(options, "denied"), Error);
   }
 }
@@ -263,13 +258,10 @@ TEST(StopPath, ReadsItsCertificatesAgainWhenTheyHaveChanged) {
 }
 
 TEST(StopPath, SaysWhereNoDaemonIs) {
-  try {
-    client::stop({.address = "127.0.0.1:1", .timeout = std::chrono::seconds(2)}, "");
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), client::ErrorKind::kUnreachable);
-    EXPECT_EQ(error.detail().where(), "127.0.0.1:2");
-  }
+  const Error error = thrown_by<Error>(
+      [&] { client::stop({.address = "127.0.0.1:1", .timeout = std::chrono::seconds(2)}, ""); });
+  EXPECT_EQ(error.kind(), client::ErrorKind::kUnreachable);
+  EXPECT_EQ(error.detail().where(), "127.0.0.1:2");
 }
 
 // Certificates of another lab under the same authority: its name is in the path.
@@ -307,14 +299,12 @@ TEST(Watchers, OfOneClientKeepNoOtherOut) {
     held.push_back(anyone.watch_events({}));
     ASSERT_EQ(held.back().next(batch, kTimeout), client::EventStream::Event::kMessage) << i;
   }
-  try {
+  const Error error = thrown_by<Error>([&] {
     client::EventStream refused = anyone.watch_events({});
     refused.next(batch, kTimeout);
-    ADD_FAILURE() << "a ninth one";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_TOO_MANY);
-    EXPECT_EQ(error.detail().limit(), "up to 16, and 8 of one client");
-  }
+  });
+  EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_TOO_MANY);
+  EXPECT_EQ(error.detail().limit(), "up to 16, and 8 of one client");
   client::Client other(daemon.options()[2]);
   client::EventStream served = other.watch_events({});
   EXPECT_EQ(served.next(batch, kTimeout), client::EventStream::Event::kMessage);

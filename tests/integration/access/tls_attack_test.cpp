@@ -22,12 +22,6 @@ namespace hapticd::test {
 namespace {
 
 struct Encrypted {
-  server::DaemonConfig config() const {
-    server::DaemonConfig config = quiet_config();
-    config.listen_tls = server::ListenAddress{"127.0.0.1", 0};
-    config.certificates = lab.server();
-    return config;
-  }
   int port() const { return service.daemon->tls_port(); }
   client::ClientOptions options() const {
     return {.address = "tls:127.0.0.1:" + std::to_string(port()),
@@ -36,7 +30,7 @@ struct Encrypted {
   }
 
   Lab lab;
-  RunningService service{config()};
+  RunningService service{config_with_certificates(lab.server())};
 };
 
 /// A client that speaks TLS by hand.

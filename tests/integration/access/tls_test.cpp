@@ -16,19 +16,13 @@
 #include "tests/integration/running_service.h"
 #include "tests/support/lab.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 namespace {
 
 using client::Client;
 using client::Error;
-
-server::DaemonConfig config_of(const std::string& certificates) {
-  server::DaemonConfig config = quiet_config();
-  config.listen_tls = server::ListenAddress{"127.0.0.1", 0};
-  config.certificates = certificates;
-  return config;
-}
 
 std::string tls_address(const RunningService& service, const std::string& host = "127.0.0.1") {
   return "tls:" + host + ":" + std::to_string(service.daemon->tls_port());
@@ -57,7 +51,7 @@ v1::ErrorDetail refused_connection(const RunningService& service, const std::str
 
 TEST(Certificates, ShowWhoAClientIs) {
   const Lab lab;
-  const RunningService service(config_of(lab.server()));
+  const RunningService service(config_with_certificates(lab.server()));
   const v1::Access anna = client_of(service, lab.client("anna")).access();
   EXPECT_EQ(anna.identity(), "spiffe://optics/hapticd/operator/anna");
   EXPECT_EQ(anna.role(), v1::ROLE_OPERATOR);
@@ -66,47 +60,35 @@ TEST(Certificates, ShowWhoAClientIs) {
   Client screen = client_of(service, lab.client("screen"));
   EXPECT_EQ(screen.access().role(), v1::ROLE_OBSERVER);
   EXPECT_NO_THROW(screen.stop("the screen may stop"));
-  try {
-    screen.clear();
-    ADD_FAILURE() << "an observer clears";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_NOT_PERMITTED);
-    EXPECT_NE(error.detail().value().find("observer/screen"), std::string::npos);
-  }
+  const Error error = thrown_by<Error>([&] { screen.clear(); });
+  EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_NOT_PERMITTED);
+  EXPECT_NE(error.detail().value().find("observer/screen"), std::string::npos);
 }
 
 TEST(Certificates, CommandsFromElsewhereGoUnderALease) {
   const Lab lab;
-  const RunningService service(config_of(lab.server()));
+  const RunningService service(config_with_certificates(lab.server()));
   ASSERT_TRUE(service.load("tap_1d").ok());
   v1::SetTargetRequest request;
   request.set_stiffness_n_per_mm(0.3);
   Client anna = client_of(service, lab.client("anna"));
-  try {
-    anna.set_target(request);
-    ADD_FAILURE() << "without a lease";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_LEASE_REQUIRED);
-  }
+  const Error error = thrown_by<Error>([&] { anna.set_target(request); });
+  EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_LEASE_REQUIRED);
   {
     Client automatic = client_of(service, lab.client("anna"), true);
     EXPECT_NO_THROW(automatic.set_target(request));
     EXPECT_EQ(anna.lease().lease().holder(), "spiffe://optics/hapticd/operator/anna");
     Client otto = client_of(service, lab.client("otto"), true);
-    try {
-      otto.set_target(request);
-      ADD_FAILURE() << "another holds it";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_LEASE_HELD);
-      EXPECT_NE(error.detail().what().find("operator/anna"), std::string::npos);
-    }
+    const Error error = thrown_by<Error>([&] { otto.set_target(request); });
+    EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_LEASE_HELD);
+    EXPECT_NE(error.detail().what().find("operator/anna"), std::string::npos);
   }
   EXPECT_FALSE(anna.lease().has_lease()) << "given back with the client";
 }
 
 TEST(Certificates, NothingPlainIsServedThere) {
   const Lab lab;
-  const RunningService service(config_of(lab.server()));
+  const RunningService service(config_with_certificates(lab.server()));
   const ServiceClient plain(connect("127.0.0.1:" + std::to_string(service.daemon->tls_port())));
   v1::RigState state;
   EXPECT_EQ(plain.rig->GetRigState(call_context(std::chrono::seconds(5)).get(), {}, &state).error_code(),
@@ -116,7 +98,7 @@ TEST(Certificates, NothingPlainIsServedThere) {
 TEST(Certificates, EachMistakeHasItsError) {
   const Lab lab;
   const Lab foreign;
-  const RunningService service(config_of(lab.server()));
+  const RunningService service(config_with_certificates(lab.server()));
   EXPECT_EQ(refused_connection(service, foreign.client("anna")).what(),
             "the daemon's certificate is not from your lab's authority");
   lab.make("--client operator/late --days -1");
@@ -128,19 +110,16 @@ TEST(Certificates, EachMistakeHasItsError) {
   std::filesystem::copy(lab.client("anna") + "/authority.crt", mixed.path("authority.crt"));
   EXPECT_EQ(refused_connection(service, mixed.path()).what(), "the daemon does not accept your certificate");
   lab.make("--server elsewhere,10.1.2.3,2001:db8::1");
-  const RunningService elsewhere(config_of(lab.server("elsewhere")));
+  const RunningService elsewhere(config_with_certificates(lab.server("elsewhere")));
   const v1::ErrorDetail wrong_name = refused_connection(elsewhere, lab.client("anna"));
   EXPECT_EQ(wrong_name.what(), "the daemon's certificate is for another name");
   EXPECT_NE(wrong_name.value().find("it is for elsewhere, address 10.1.2.3, address 2001:db8::1"),
             std::string::npos)
       << wrong_name.value();
-  try {
-    Client({.address = tls_address(service), .certificates = "/nowhere"});
-    ADD_FAILURE() << "without a certificate";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), client::ErrorKind::kBadAddress);
-    EXPECT_EQ(error.detail().where(), "/nowhere/client.crt");
-  }
+  const Error error =
+      thrown_by<Error>([&] { Client({.address = tls_address(service), .certificates = "/nowhere"}); });
+  EXPECT_EQ(error.kind(), client::ErrorKind::kBadAddress);
+  EXPECT_EQ(error.detail().where(), "/nowhere/client.crt");
 }
 
 TEST(Certificates, ADaemonDoesNotStartWithWrongOnes) {
@@ -148,7 +127,7 @@ TEST(Certificates, ADaemonDoesNotStartWithWrongOnes) {
   const Lab other;
   const auto problem_of = [](const std::string& folder) {
     server::StartFailure failure;
-    EXPECT_EQ(server::Daemon::start(config_of(folder), failure), nullptr);
+    EXPECT_EQ(server::Daemon::start(config_with_certificates(folder), failure), nullptr);
     return failure.error;
   };
   EXPECT_EQ(problem_of("/nowhere").where, "/nowhere/server.crt");
@@ -173,7 +152,7 @@ TEST(Certificates, AreReplacedUnderStreamsThatGoOn) {
   const TemporaryFolder place;
   const std::string link = place.path("certificates");
   std::filesystem::create_directory_symlink(lab.server(), link);
-  const RunningService service(config_of(link));
+  const RunningService service(config_with_certificates(link));
   constexpr int kStreams = 8;
   std::atomic<bool> enough{false};
   std::atomic<int> lost{0};

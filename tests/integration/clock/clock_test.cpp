@@ -58,8 +58,7 @@ TEST(ClockService, EchoesAnyStamp) {
                                    std::numeric_limits<std::int64_t>::max()}) {
     v1::ExchangeRequest request;
     request.set_client_sent_ns(stamp);
-    v1::ExchangeResponse response;
-    ASSERT_TRUE(stub->Exchange(call_context().get(), request, &response).ok());
+    const v1::ExchangeResponse response = answer_of(*stub, &v1::ClockService::Stub::Exchange, request);
     EXPECT_EQ(response.client_sent_ns(), stamp);
     EXPECT_GT(response.daemon_received_ns(), 0);
     EXPECT_GE(response.daemon_sent_ns(), response.daemon_received_ns());
@@ -128,8 +127,7 @@ TEST(ClockService, TheRigsTimeIsWithinItsBounds) {
   // Each reading is true: what it says lies within the bounds that the others made.
   const auto stub = v1::ClockService::NewStub(service.channel);
   for (int i = 0; i < 200; ++i) {
-    v1::ExchangeResponse answer;
-    ASSERT_TRUE(stub->Exchange(call_context().get(), {}, &answer).ok());
+    const v1::ExchangeResponse answer = answer_of(*stub, &v1::ClockService::Stub::Exchange);
     ASSERT_TRUE(answer.has_rig());
     const client::RigTime begun = clock.to_rig(answer.rig().begun_ns());
     const client::RigTime done = clock.to_rig(answer.rig().done_ns());

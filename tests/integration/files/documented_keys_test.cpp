@@ -1,23 +1,16 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "server/config/config.h"
 #include "server/scene/scene_file.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::server {
 namespace {
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 /// The keys of a TOML text that has one a line.
 std::vector<std::string> keys_of(const std::string& toml) {
@@ -40,15 +33,15 @@ void expect_documented(const std::string& toml, const std::string& pages, const 
 
 TEST(DocumentedKeys, EveryKeyOfTheConfigurationHasItsPlace) {
   const std::filesystem::path root = SOURCE_FOLDER;
-  std::string pages = text_of(root / "docs/configuration.md");
+  std::string pages = test::file_text(root / "docs/configuration.md");
   for (const auto& entry : std::filesystem::directory_iterator(root / "hal")) {
-    pages += text_of(entry.path() / "README.md");
+    pages += test::file_text(entry.path() / "README.md");
   }
   expect_documented(write_config(DaemonConfig{}), pages, "docs/configuration.md or a README of hal/");
 }
 
 TEST(DocumentedKeys, EveryKeyOfASceneHasItsPlace) {
-  const std::string page = text_of(std::filesystem::path(SOURCE_FOLDER) / "docs/scenes.md");
+  const std::string page = test::file_text(std::filesystem::path(SOURCE_FOLDER) / "docs/scenes.md");
   for (const rt::SceneKind kind : {rt::SceneKind::kTap1d, rt::SceneKind::kWall, rt::SceneKind::kExplore}) {
     rt::SceneSpec spec;
     spec.name = "any";

@@ -5,14 +5,13 @@
 #include "hal/sim/simulated_rig.h"
 #include "server/config/config.h"
 #include "tests/support/refusals.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
 
 hal::RigInfo rig(const char* device = "phantom_1_0") {
-  sim::SimulationConfig config;
-  config.device = device;
-  return (*sim::SimulatedRig::create(config))->info();
+  return (*sim::SimulatedRig::create({.device = device}))->info();
 }
 
 /// Filled, resolved and checked as the daemon does it.
@@ -76,11 +75,10 @@ TEST(GuardCeilings, RefuseEveryKeyThatAsksForMoreByName) {
     SCOPED_TRACE(c.key);
     rt::SceneSpec asking = scene();
     c.ask(asking);
-    const auto refused = refusal_of(asking);
-    ASSERT_TRUE(refused);
-    EXPECT_EQ(refused->where, std::string("scene 'x', ") + c.key);
-    EXPECT_EQ(refused->code, kOutOfRange);
-    EXPECT_TRUE(refused->limit.starts_with(c.limit)) << refused->limit;
+    const auto refused = test::error_of(refusal_of(asking));
+    EXPECT_EQ(refused.where, std::string("scene 'x', ") + c.key);
+    EXPECT_EQ(refused.code, kOutOfRange);
+    EXPECT_TRUE(refused.limit.starts_with(c.limit)) << refused.limit;
   }
   rt::SceneSpec fast = scene();
   fast.guard.max_power_w = 100.0;
@@ -93,16 +91,13 @@ TEST(GuardCeilings, RefuseEveryKeyThatAsksForMoreByName) {
 }
 
 TEST(GuardCeilings, OfTheRateOfForceAreBelowWhatTheDeviceAllows) {
-  GuardCeilings low;
-  low.max_force_rate_n_per_s = 200.0;
+  GuardCeilings low{.max_force_rate_n_per_s = 200.0};
   rt::SceneSpec fast = scene();
   fast.guard.max_force_rate_n_per_s = 400.0;
   EXPECT_FALSE(refusal_of(fast));
-  const auto refused = refusal_of(fast, low);
-  ASSERT_TRUE(refused);
-  EXPECT_EQ(refused->limit, "at most 200 N/s ([guard] max_force_rate_n_per_s)");
-  GuardCeilings high;
-  high.max_force_rate_n_per_s = 1e6;
+  const auto refused = test::error_of(refusal_of(fast, low));
+  EXPECT_EQ(refused.limit, "at most 200 N/s ([guard] max_force_rate_n_per_s)");
+  GuardCeilings high{.max_force_rate_n_per_s = 1e6};
   fast.guard.max_force_rate_n_per_s = 1e6;
   EXPECT_TRUE(refusal_of(fast, high)) << "no ceiling lifts the device's own";
 }
@@ -112,21 +107,19 @@ TEST(GuardCeilings, AWallHasOneOfItsOwn) {
   wall.structural_compensation = false;
   wall.max_target_stiffness_n_per_mm = 5.0;
   EXPECT_FALSE(refusal_of(wall, {}, rig("phantom_1_5_high_force")));
-  const auto refused = refusal_of(wall);
-  ASSERT_TRUE(refused);
-  EXPECT_EQ(refused->limit, "at most 1.3 N/mm ([guard] max_wall_stiffness_n_per_mm)");
+  const auto refused = test::error_of(refusal_of(wall));
+  EXPECT_EQ(refused.limit, "at most 1.3 N/mm ([guard] max_wall_stiffness_n_per_mm)");
 }
 
 TEST(GuardCeilings, LowerOnesTakeThePlaceOfWhatASceneDoesNotSay) {
-  GuardCeilings low;
-  low.max_force_n = 3.0;
-  low.max_force_rate_n_per_s = 200.0;
-  low.max_power_w = 1.0;
-  low.max_target_stiffness_n_per_mm = 0.8;
-  low.min_target_ramp_s = 0.5;
-  low.min_resume_ramp_s = 2.0;
-  low.max_sensor_stale_after_ms = 1.5;
-  low.max_loop_gap_ms = 10.0;
+  GuardCeilings low{.max_force_n = 3.0,
+                    .max_force_rate_n_per_s = 200.0,
+                    .max_power_w = 1.0,
+                    .max_target_stiffness_n_per_mm = 0.8,
+                    .min_target_ramp_s = 0.5,
+                    .min_resume_ramp_s = 2.0,
+                    .max_sensor_stale_after_ms = 1.5,
+                    .max_loop_gap_ms = 10.0};
   rt::SceneSpec filled = scene();
   std::vector<std::string> remarks;
   fill_from_ceilings(low, rig().device, filled, remarks);
@@ -144,9 +137,7 @@ TEST(GuardCeilings, LowerOnesTakeThePlaceOfWhatASceneDoesNotSay) {
 
   rt::SceneSpec asking = scene();
   asking.guard.max_force_n = 4.0;
-  const auto refused = refusal_of(asking, low);
-  ASSERT_TRUE(refused);
-  EXPECT_EQ(refused->limit, "at most 3 N ([guard] max_force_n)");
+  EXPECT_EQ(test::error_of(refusal_of(asking, low)).limit, "at most 3 N ([guard] max_force_n)");
 
   rt::SceneSpec gentle = scene();
   gentle.guard.max_force_n = 1.0;
@@ -161,10 +152,9 @@ TEST(GuardCeilings, AreOfTheConfigurationWhereTheChecksAreNeverOff) {
   EXPECT_EQ(config->guard.max_power_w, 1.0);
   EXPECT_EQ(config->guard.max_sensor_stale_after_ms, 20.0);
   EXPECT_EQ(config->guard.min_target_ramp_s, 0.0);
-  const auto again = parse_config(write_config(*config), "again");
-  ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(again->guard.max_sensor_stale_after_ms, 20.0);
-  EXPECT_EQ(again->guard.max_loop_gap_ms, 50.0);
+  const auto again = test::value_of(parse_config(write_config(*config), "again"));
+  EXPECT_EQ(again.guard.max_sensor_stale_after_ms, 20.0);
+  EXPECT_EQ(again.guard.max_loop_gap_ms, 50.0);
   test::expect_refusals(
       {
           {"[guard]\nmax_sensor_stale_after_ms = 0\n", "'guard.max_sensor_stale_after_ms'", kOutOfRange, 2},

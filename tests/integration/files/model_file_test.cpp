@@ -96,10 +96,9 @@ TEST(ModelFile, WhatIsWrittenReadsBackBitForBit) {
     if ((parts & 8) != 0) model.bearing_friction.reset();
     if ((parts & 16) != 0 && model.rod_friction) model.rod_friction->maxwell_slip.reset();
     const std::string text = write_model(model);
-    const auto again = parse_model(text, "written");
-    ASSERT_TRUE(again) << again.error().text() << "\n" << text;
-    expect_same(*again, model);
-    EXPECT_EQ(write_model(*again), text);
+    const auto again = test::value_of(parse_model(text, "written"));
+    expect_same(again, model);
+    EXPECT_EQ(write_model(again), text);
   }
 }
 
@@ -188,10 +187,9 @@ TEST(ModelLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   ASSERT_TRUE(library.find("mine"));
   EXPECT_FALSE(library.find("mine")->creep);
   EXPECT_EQ(library.find("sponge_cut")->identified_on, "my own");
-  const auto unknown = library.find("mein");
-  ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.error().code, kNotFound);
-  EXPECT_EQ(unknown.error().remedy, "did you mean 'mine'?");
+  const hal::Error unknown = test::error_of(library.find("mein"));
+  EXPECT_EQ(unknown.code, kNotFound);
+  EXPECT_EQ(unknown.remedy, "did you mean 'mine'?");
   EXPECT_FALSE(library.find("../mine"));
   EXPECT_FALSE(library.check_folder());
   EXPECT_TRUE(ModelLibrary(folder.path("none")).check_folder());

@@ -10,6 +10,7 @@
 #include "server/model/canonical_text.h"
 #include "tests/support/model_examples.h"
 #include "tests/support/refusals.h"
+#include "tests/support/texts.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::server {
@@ -44,11 +45,7 @@ std::vector<rt::IdentifiedModel> one_of_each() {
           test::example_inclusion("lump")};
 }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from << " in " << text;
-  return text.replace(at, from.size(), to);
-}
+using test::replaced;
 
 /// Exported model as someone who knows the trick would hand it in: the hash fits what it says.
 std::string exported_with_hash_of(const std::string& canonical) {
@@ -65,9 +62,8 @@ TEST(ModelJson, AToolWithoutACentreFromTheTipHasTheTextItAlwaysHad) {
   const auto with = canonical_json(test::example_of_rig(turned_tool()));
   ASSERT_TRUE(without && with);
   EXPECT_EQ(without->find("tip_to_centre_mm"), std::string::npos) << "models stored before keep their hash";
-  const auto again = parse_canonical_json(*with, "test");
-  ASSERT_TRUE(again);
-  EXPECT_EQ(std::get<rt::ToolModel>(again->content).tip_to_centre_mm->z, 42.0);
+  const auto again = test::value_of(parse_canonical_json(*with, "test"));
+  EXPECT_EQ(std::get<rt::ToolModel>(again.content).tip_to_centre_mm->z, 42.0);
   rt::ToolModel far = turned_tool();
   far.tip_to_centre_mm->x = std::nan("");
   EXPECT_FALSE(canonical_json(test::example_of_rig(far)));
@@ -118,15 +114,14 @@ TEST(ModelJson, AKnownModelHasItsKnownText) {
   model.parameters = {{"threshold", "N", 0.1, 5e-324}};
   model.procedure = "free motion";
   model.residual = -0.0;
-  const auto text = canonical_json(model);
-  ASSERT_TRUE(text);
-  EXPECT_EQ(*text,
+  const auto text = test::value_of(canonical_json(model));
+  EXPECT_EQ(text,
             R"({"content":{"largest_residual_n":0,"observed_s":1e+06,"threshold_n":0.012},"converged":true,)"
             R"("data_reference":"session-0","device":"phantom_1_0","kind":"threshold","object":"",)"
             R"("parameters":[{"name":"threshold","standard_error":5e-324,"unit":"N","value":0.1}],)"
             R"("procedure":"free motion","residual":0,"schema":"hapticd.model/1","sensor":"nano17_si_25",)"
             R"("validity":{"max_displacement_mm":0,"max_force_n":0,"max_speed_mm_per_s":0}})");
-  EXPECT_EQ(sha256_hex(*text), sha256_hex(*canonical_json(*parse_canonical_json(*text, "test"))));
+  EXPECT_EQ(sha256_hex(text), sha256_hex(*canonical_json(*parse_canonical_json(text, "test"))));
 }
 
 TEST(ModelJson, EveryNumberSurvivesBitForBit) {
@@ -262,19 +257,17 @@ TEST(ModelJson, ARefusalHasFivePartsAndACode) {
 }
 
 TEST(ModelJson, ATextThatIsNotJsonIsRefusedWithThePlace) {
-  const auto imported = import_json("{\"schema\": ");
-  ASSERT_FALSE(imported);
-  EXPECT_TRUE(imported.error().value.starts_with("parse error at line 1, column 12"))
-      << imported.error().value;
+  const hal::Error refused = test::error_of(import_json("{\"schema\": "));
+  EXPECT_TRUE(refused.value.starts_with("parse error at line 1, column 12")) << refused.value;
 }
 
 TEST(ModelJson, AStoredTextMustFitItsHash) {
   using enum hal::ErrorCode;
   const std::string good = *canonical_json(example_contact("x"));
   EXPECT_TRUE(parse_canonical_json(good, sha256_hex(good), "test"));
-  const auto edited = parse_canonical_json(replaced(good, "1.7", "1.8"), sha256_hex(good), "test");
-  ASSERT_FALSE(edited);
-  EXPECT_EQ(edited.error().code, kDamaged);
+  const hal::Error edited =
+      test::error_of(parse_canonical_json(replaced(good, "1.7", "1.8"), sha256_hex(good), "test"));
+  EXPECT_EQ(edited.code, kDamaged);
 }
 
 }  // namespace

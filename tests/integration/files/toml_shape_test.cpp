@@ -6,6 +6,8 @@
 #include "server/scene/scene_file.h"
 #include "server/text/toml_reader.h"
 #include "tests/support/refusals.h"
+#include "tests/support/texts.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -14,11 +16,7 @@ using text::check_toml_shape;
 using text::kMaxTomlItems;
 using text::kMaxTomlLine;
 
-std::string repeated(std::string_view text, std::size_t times) {
-  std::string all;
-  for (std::size_t i = 0; i < times; ++i) all += text;
-  return all;
-}
+using test::repeated;
 
 /// A key of so many parts.
 std::string key(std::size_t parts) {
@@ -128,12 +126,9 @@ TEST(TomlSyntax, SaysThatADecimalMarkIsAPoint) {
 TEST(TomlShape, StandsBeforeScenesAndConfigurations) {
   using enum hal::ErrorCode;
   const std::string deep = repeated("a.", 32171) + "a = 1\n";
-  const auto scene = parse_scene("name = \"x\"\n" + deep, "scene text");
-  ASSERT_FALSE(scene);
-  EXPECT_EQ(scene.error().code, kTooLong);
-  const auto config = parse_config(deep, "hapticd.toml");
-  ASSERT_FALSE(config);
-  EXPECT_EQ(config.error().code, kTooLong);
+  const hal::Error refused = test::error_of(parse_scene("name = \"x\"\n" + deep, "scene text"));
+  EXPECT_EQ(refused.code, kTooLong);
+  EXPECT_EQ(test::error_of(parse_config(deep, "hapticd.toml")).code, kTooLong);
 }
 
 }  // namespace

@@ -119,8 +119,7 @@ TEST(ServiceIdentification, WhileOneRunsNothingElseTouchesTheRig) {
   ASSERT_TRUE(service.start(contact("mine"), &id).ok());
   const std::string who = "identification '" + id + "' is under way";
   const auto refused = [&](const grpc::Status& status) {
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-    EXPECT_EQ(detail_of(status).what(), who);
+    expect_refused_saying(status, grpc::StatusCode::FAILED_PRECONDITION, who);
   };
   refused(service.load("tap_1d"));
   v1::SetTargetRequest target;
@@ -136,9 +135,8 @@ TEST(ServiceIdentification, WhileOneRunsNothingElseTouchesTheRig) {
   object.set_name("wood_plate");
   v1::SetObjectResponse put;
   refused(service.simulation->SetObject(call_context().get(), object, &put));
-  const grpc::Status second = service.start(contact("other"));
-  EXPECT_EQ(second.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(second).what(), "another identification is under way");
+  expect_refused_saying(service.start(contact("other")), grpc::StatusCode::FAILED_PRECONDITION,
+                        "another identification is under way");
 
   // A client that leaves changes nothing; another one cancels.
   service.watch(id, [](const v1::IdentificationProgress& p) { return p.duration_s() > 0.2; });
@@ -161,9 +159,8 @@ TEST(ServiceIdentification, AStopEndsItAndALatchedGuardRefusesIt) {
   const v1::IdentificationProgress end = service.watch();
   EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_FAILED);
   EXPECT_EQ(end.problem().what(), "the guard latched");
-  const grpc::Status status = service.start(contact("mine"));
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(status).what(), "the guard is latched");
+  expect_refused_saying(service.start(contact("mine")), grpc::StatusCode::FAILED_PRECONDITION,
+                        "the guard is latched");
 }
 
 TEST(ServiceIdentification, TheTargetThatWasInForceComesBackWithTheScene) {

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -16,29 +15,20 @@
 #include "client/cpp/client.h"
 #include "server/grpc/calls/silence_watch.h"
 #include "tests/integration/daemon_process.h"
+#include "tests/integration/identification/identifying.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/process_memory.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 namespace {
 
 using Json = nlohmann::json;
 
-struct Ran {
-  int code = 0;
-  std::string output;
-  std::string errors;
-};
-
 Ran run_hapticctl(const std::string& address, std::vector<std::string> words) {
   words.insert(words.begin(), {"--server", address});
-  ChildProcess child(HAPTICCTL_BINARY, words);
-  Ran ran;
-  ran.code = child.wait();
-  ran.output = child.output();
-  ran.errors = child.errors();
-  return ran;
+  return run_to_the_end(HAPTICCTL_BINARY, std::move(words));
 }
 
 /// Rows of some 330 bytes, as telemetry has them, made as they are sent: as many as fill `bytes`.
@@ -135,16 +125,14 @@ TEST(RecordingUpload, WithoutRoomIsRefusedAndNamesThePlace) {
   setenv("TMPDIR", "/nowhere/at/all", 1);
   const RunningService service;
   client::Client client = connect_client(service.address());
-  try {
+  const client::Error error = thrown_by<client::Error>([&] {
     client::RecordingUpload upload = client.upload_recording({});
     upload.send("time_s,force_N,position_mm\n0,0,0\n");
     upload.finish();
     upload.answer(kTimeout);
-    ADD_FAILURE() << "was taken";
-  } catch (const client::Error& error) {
-    EXPECT_EQ(error.code(), "RESOURCE_EXHAUSTED");
-    EXPECT_NE(error.detail().remedy().find("TMPDIR"), std::string::npos) << error.what();
-  }
+  });
+  EXPECT_EQ(error.code(), "RESOURCE_EXHAUSTED");
+  EXPECT_NE(error.detail().remedy().find("TMPDIR"), std::string::npos) << error.what();
   unsetenv("TMPDIR");
 }
 
@@ -180,8 +168,7 @@ std::string record_presses(const RunningService& service, const TemporaryFolder&
   request.mutable_program()->set_force_n(4.0);
   request.mutable_program()->set_hold_s(0.2);
   request.mutable_program()->set_repetitions(-1);
-  v1::SetHandProgramResponse response;
-  EXPECT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &response).ok());
+  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, request);
   service.await([&](const v1::RigState& s) { return s.tick() > recorded.tick() + kTicks; });
   recorder.signal(SIGINT);
   const int code = recorder.wait();
@@ -190,17 +177,9 @@ std::string record_presses(const RunningService& service, const TemporaryFolder&
   return path;
 }
 
-server::DaemonConfig rubber(bool real_time) {
-  server::DaemonConfig config = quiet_config();
-  config.simulation.device = "phantom_1_5_high_force";
-  config.simulation.object = "rubber_ball_3d";
-  config.simulation.real_time = real_time;
-  return config;
-}
-
 /// The last line of JSON of an identification of the recording; the upload's in `uploaded`.
 Json identified(const std::string& path, Json& uploaded) {
-  const RunningService service(rubber(true));
+  const RunningService service(touching("rubber_ball_3d", true));
   const Ran ran = run_hapticctl(service.address(), {"identify", "contact", "--object", "mine", "--law",
                                                     "hunt_crossley", "--recording", path, "--json"});
   std::istringstream lines(ran.output);
@@ -221,7 +200,7 @@ TEST(OwnRecording, IsIdentifiedAndPlayedAsItIs) {
   constexpr int kAttempts = 3;
   for (int i = 0; i < kAttempts && end.value("model", "").empty(); ++i) {
     {
-      const RunningService service(rubber(false));
+      const RunningService service(touching("rubber_ball_3d", false));
       path = record_presses(service, folder);
     }
     end = identified(path, uploaded);

@@ -60,8 +60,7 @@ TEST(ServiceRecordings, Hdf5IsNotTakenForIdentification) {
   const Identifying service(quiet_config());
   v1::UploadRecordingResponse uploaded;
   const grpc::Status status = service.upload("\x89HDF\r\n\x1a\n more\n and more\n", &uploaded);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(detail_of(status).what(), "this is an HDF5 file");
+  expect_refused_saying(status, grpc::StatusCode::INVALID_ARGUMENT, "this is an HDF5 file");
   EXPECT_NE(detail_of(status).remedy().find("hapticctl record get"), std::string::npos);
 }
 
@@ -71,8 +70,7 @@ TEST(ServiceRecordings, ShowContactAndStiffnessFromTheFirstTick) {
   config.scene = "tap_1d";
   config.replay.loop = true;
   const RunningService service(config);
-  v1::RigInfo info;
-  ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
+  const v1::RigInfo info = answer_of(*service.rig, &v1::RigService::Stub::GetRigInfo);
   EXPECT_EQ(info.kind(), v1::RIG_KIND_REPLAY);
   EXPECT_FALSE(info.renders_force());
   const v1::RigState state = service.await([](const v1::RigState& s) { return s.reaction_force_n() > 1.0; });

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -19,13 +18,6 @@ using Start = v1::StartIdentificationRequest;
 
 double stiffness_in(const v1::IdentificationProgress& progress) {
   return parameter_of(progress, "structural_stiffness_n_per_mm").value();
-}
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 /// What a client asks for, on a recording.
@@ -76,7 +68,7 @@ TEST(ServiceStructuralRecording, WhatTheRigKeptSaysTheSameAsTheRig) {
   const v1::IdentificationProgress live = service.watch(id);
   ASSERT_EQ(live.state(), v1::IDENTIFICATION_STATE_CONVERGED) << live.ShortDebugString().substr(0, 2000);
 
-  const std::string csv = text_of(*config.model_store + ".data/" + id + ".csv");
+  const std::string csv = file_text(*config.model_store + ".data/" + id + ".csv");
   ASSERT_NE(csv.find("external_x_mm"), std::string::npos);
   request.set_adopt(true);
   const v1::IdentificationProgress again = identified(service, csv, request);
@@ -121,7 +113,7 @@ TEST(ServiceStructuralRecording, WhatTheRigKeptOfARigidObjectSaysTheSame) {
   ASSERT_EQ(live.state(), v1::IDENTIFICATION_STATE_CONVERGED) << live.ShortDebugString().substr(0, 3000);
   EXPECT_EQ(parameter_of(live, "least_object_stiffness_n_per_mm").value(), 40.0);
 
-  const std::string csv = text_of(*config.model_store + ".data/" + id + ".csv");
+  const std::string csv = file_text(*config.model_store + ".data/" + id + ".csv");
   const v1::IdentificationProgress again = identified(service, csv, request);
   ASSERT_EQ(again.state(), v1::IDENTIFICATION_STATE_CONVERGED) << again.ShortDebugString().substr(0, 2000);
   EXPECT_NEAR(stiffness_in(again) / stiffness_in(live), 1.0, 5e-3);

@@ -40,27 +40,25 @@ struct Acknowledged {
 void expect_sound(const std::string& path, const Acknowledged& acknowledged) {
   {
     const auto store = test::value_of(ModelStore::open(path));
-    const auto models = store->list();
-    ASSERT_TRUE(models);
+    const auto models = test::value_of(store->list());
     std::set<std::string> there;
-    for (const StoredModel& model : *models) {
+    for (const StoredModel& model : models) {
       EXPECT_EQ(sha256_hex(*canonical_json(model.model)), model.hash);
       there.insert(model.hash);
     }
     for (const std::string& hash : acknowledged.models) EXPECT_TRUE(there.contains(hash)) << hash;
-    const auto ended = store->list_identifications(100000);
-    ASSERT_TRUE(ended);
+    const auto ended = test::value_of(store->list_identifications(100000));
     std::set<std::string> ids;
-    for (const EndedIdentification& identification : *ended) ids.insert(identification.id);
+    for (const EndedIdentification& identification : ended) ids.insert(identification.id);
     for (const std::string& id : acknowledged.identifications) EXPECT_TRUE(ids.contains(id)) << id;
     if (!acknowledged.last_tagged.empty()) {
       // The tag is where it was asked to be, or where the write that was cut off put it.
       const auto current = test::value_of(store->tagged("contact", "sponge", "current"));
       const auto place = [&](const std::string& hash) {
-        for (std::size_t i = 0; i < models->size(); ++i) {
-          if ((*models)[i].hash == hash) return i;
+        for (std::size_t i = 0; i < models.size(); ++i) {
+          if (models[i].hash == hash) return i;
         }
-        return models->size();
+        return models.size();
       };
       EXPECT_LE(place(current.hash), place(acknowledged.last_tagged)) << "not an older one";
     }

@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <thread>
 
@@ -51,16 +50,11 @@ void expect_refused(const Outcome<T>& outcome, RefusalKind kind, const std::stri
   EXPECT_EQ(outcome.refusal().error.what, what) << outcome.refusal().error.text();
 }
 
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// Everything in a folder, so that it shows when one file was touched.
 std::map<std::string, std::string> contents(const std::string& folder) {
   std::map<std::string, std::string> all;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    all[entry.path().filename()] = bytes_of(entry.path());
+    all[entry.path().filename()] = test::file_text(entry.path());
   }
   return all;
 }
@@ -89,10 +83,9 @@ TEST(ModelStore, AddingTheSameAgainChangesNothing) {
   EXPECT_TRUE(store->in_memory());
   const std::string hash = add(*store, example_contact("sponge"));
   ASSERT_TRUE(store->tag(hash, "mine"));
-  const auto again = store->add(example_contact("sponge"));
-  ASSERT_TRUE(again);
-  EXPECT_EQ(again->hash, hash);
-  EXPECT_EQ(again->tags, std::vector<std::string>{"mine"});
+  const auto again = test::value_of(store->add(example_contact("sponge")));
+  EXPECT_EQ(again.hash, hash);
+  EXPECT_EQ(again.tags, std::vector<std::string>{"mine"});
   EXPECT_EQ(store->list()->size(), 1U);
   rt::IdentifiedModel unfit = example_contact("sponge");
   unfit.residual = std::nan("");
@@ -208,18 +201,15 @@ TEST(ModelStore, ExportsAndImportsUnderTheSameHash) {
   const auto there = opened("");
   const std::string hash = add(*here, example_contact("sponge"));
   ASSERT_TRUE(here->tag(hash, "current"));
-  const auto json = here->export_json(hash.substr(0, 12));
-  ASSERT_TRUE(json);
-  const auto imported = test::value_of(there->import_json(*json));
+  const auto json = test::value_of(here->export_json(hash.substr(0, 12)));
+  const auto imported = test::value_of(there->import_json(json));
   EXPECT_EQ(imported.hash, hash);
   EXPECT_TRUE(imported.tags.empty()) << "tags stay where they are";
-  EXPECT_TRUE(there->import_json(*json)) << "once more changes nothing";
+  EXPECT_TRUE(there->import_json(json)) << "once more changes nothing";
   EXPECT_EQ(there->list()->size(), 1U);
-  std::string edited = *json;
+  std::string edited = json;
   edited.replace(edited.find("\"exponent\":1.7"), 14, "\"exponent\":1.8");
-  const auto refused = there->import_json(edited);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().kind, RefusalKind::kInvalidArgument);
+  EXPECT_EQ(test::refusal_of(there->import_json(edited)).kind, RefusalKind::kInvalidArgument);
   EXPECT_EQ(there->list()->size(), 1U);
 }
 
@@ -244,13 +234,12 @@ TEST(ModelStore, RemembersIdentificationsThatEnded) {
       EXPECT_EQ(sequence, static_cast<std::uint64_t>(i + 1));
     }
   }
-  const auto ended = opened(path)->list_identifications(2);
-  ASSERT_TRUE(ended);
-  ASSERT_EQ(ended->size(), 2U);
-  EXPECT_EQ((*ended)[0].id, "contact-2");
-  EXPECT_EQ((*ended)[0].ended_at_unix_s, 1'700'000'002);
-  EXPECT_EQ((*ended)[0].problem, "no \"problem\"");
-  EXPECT_EQ((*ended)[1].id, "contact-1");
+  const auto ended = test::value_of(opened(path)->list_identifications(2));
+  ASSERT_EQ(ended.size(), 2U);
+  EXPECT_EQ(ended[0].id, "contact-2");
+  EXPECT_EQ(ended[0].ended_at_unix_s, 1'700'000'002);
+  EXPECT_EQ(ended[0].problem, "no \"problem\"");
+  EXPECT_EQ(ended[1].id, "contact-1");
 
   const auto memory = opened("");
   for (int i = 0; i < 1005; ++i) ASSERT_TRUE(memory->record_identification(some_identification(i)));
@@ -298,38 +287,42 @@ PRAGMA application_id = 1752200292;
 PRAGMA user_version = 1;
 )sql";
 
+/// A store of contact models of one sponge as version 1 left it, of which one is tagged.
+void write_version1(const std::string& path, const std::vector<rt::IdentifiedModel>& models,
+                    const rt::IdentifiedModel& current) {
+  SQLite::Database old(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  old.exec(kVersion1);
+  std::int64_t stored_at = 1'700'000'000;
+  for (const rt::IdentifiedModel& model : models) {
+    SQLite::Statement row(old,
+                          "INSERT INTO models (hash, kind, subject, object, content, stored_at) "
+                          "VALUES (?, 'contact', 'sponge', 'sponge', ?, ?)");
+    row.bind(1, hash_of(model));
+    row.bind(2, *canonical_json(model));
+    row.bind(3, stored_at++);
+    row.exec();
+  }
+  SQLite::Statement tag(old, "INSERT INTO tags VALUES ('contact', 'sponge', 'current', ?)");
+  tag.bind(1, hash_of(current));
+  tag.exec();
+}
+
 TEST(ModelStoreFile, OfVersion1IsBroughtUpToDateWithoutLoss) {
   const TemporaryFolder folder;
   const std::string path = folder.path("models.sqlite");
-  std::vector<std::string> hashes;
-  {
-    SQLite::Database old(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-    old.exec(kVersion1);
-    for (int i = 0; i < 20; ++i) {
-      const rt::IdentifiedModel model = example_contact("sponge", i);
-      hashes.push_back(hash_of(model));
-      SQLite::Statement row(old,
-                            "INSERT INTO models (hash, kind, subject, object, content, stored_at) "
-                            "VALUES (?, 'contact', 'sponge', 'sponge', ?, ?)");
-      row.bind(1, hashes.back());
-      row.bind(2, *canonical_json(model));
-      row.bind(3, std::int64_t{1'700'000'000 + i});
-      row.exec();
-    }
-    SQLite::Statement tag(old, "INSERT INTO tags VALUES ('contact', 'sponge', 'current', ?)");
-    tag.bind(1, hashes[7]);
-    tag.exec();
-  }
+  std::vector<rt::IdentifiedModel> old;
+  for (int i = 0; i < 20; ++i) old.push_back(example_contact("sponge", i));
+  write_version1(path, old, old[7]);
   for (int time = 0; time < 2; ++time) {
     const auto store = opened(path);
     const auto models = store->list();
     ASSERT_EQ(models->size(), 20U);
     for (std::size_t i = 0; i < 20; ++i) {
       const StoredModel& model = (*models)[19 - i];
-      EXPECT_EQ(model.hash, hashes[i]);
+      EXPECT_EQ(model.hash, hash_of(old[i]));
       EXPECT_EQ(model.stored_at_unix_s, 1'700'000'000 + static_cast<std::int64_t>(i));
     }
-    EXPECT_EQ(store->tagged("contact", "sponge", "current")->hash, hashes[7]);
+    EXPECT_EQ(store->tagged("contact", "sponge", "current")->hash, hash_of(old[7]));
     EXPECT_TRUE(store->record_identification({"contact-1", "contact", "sponge", "failed", 1, "", ""}));
   }
   EXPECT_EQ(SQLite::Database(path).execAndGet("PRAGMA user_version").getInt(), 3);
@@ -374,12 +367,9 @@ TEST(ModelStoreFile, ThatIsNoneIsRefusedAndLeftAlone) {
     EXPECT_EQ(store.error().where, folder.path(name));
   }
   EXPECT_EQ(contents(folder.path()), before);
-  const auto is_folder = ModelStore::open(folder.path());
-  ASSERT_FALSE(is_folder);
-  EXPECT_EQ(is_folder.error().what, "the store of models is not a file");
-  const auto nowhere = ModelStore::open(text + "/models.sqlite");
-  ASSERT_FALSE(nowhere);
-  EXPECT_EQ(nowhere.error().what, "the folder of the store of models cannot be made");
+  EXPECT_EQ(test::error_of(ModelStore::open(folder.path())).what, "the store of models is not a file");
+  EXPECT_EQ(test::error_of(ModelStore::open(text + "/models.sqlite")).what,
+            "the folder of the store of models cannot be made");
 }
 
 TEST(ModelStoreFile, ThatIsDamagedIsRefusedWithARemedyAndLeftAlone) {
@@ -389,7 +379,7 @@ TEST(ModelStoreFile, ThatIsDamagedIsRefusedWithARemedyAndLeftAlone) {
     const auto store = opened(path);
     for (int i = 0; i < 40; ++i) add(*store, example_contact("sponge", i));
   }
-  const std::string whole = bytes_of(path);
+  const std::string whole = test::file_text(path);
   ASSERT_GT(whole.size(), 40000U);
   const auto expect_damaged = [&](const std::string& bytes, const std::string& how) {
     std::ofstream(path, std::ios::binary) << bytes;
@@ -397,7 +387,7 @@ TEST(ModelStoreFile, ThatIsDamagedIsRefusedWithARemedyAndLeftAlone) {
     ASSERT_FALSE(store) << how;
     EXPECT_EQ(store.error().what, "the store of models is damaged") << how << ": " << store.error().text();
     EXPECT_NE(store.error().remedy.find("restore it from a copy"), std::string::npos);
-    EXPECT_EQ(bytes_of(path), bytes) << how;
+    EXPECT_EQ(test::file_text(path), bytes) << how;
   };
   expect_damaged(whole.substr(0, whole.size() / 2), "cut off in the middle");
   expect_damaged(whole.substr(0, 4096), "its first page only");
@@ -464,18 +454,17 @@ TEST(ModelDifference, TellsEveryParameterAndWhatElseIsOther) {
       {"K", "N/mm", 3.0, 0.4}, {"B", "s", 0.2, 0.0}, {"open", "1", 2.0, 0.1}, {"only_b", "1", 5.0, 0.1}};
   b.model.device = "phantom_1_5";
   b.model.converged = false;
-  const auto apart = difference(a, b);
-  ASSERT_TRUE(apart);
-  ASSERT_EQ(apart->parameters.size(), 5U);
-  EXPECT_EQ(apart->parameters[0].relative, 0.5);
-  EXPECT_NEAR(*apart->parameters[0].deviations, 2.0, 1e-12);
-  EXPECT_FALSE(apart->parameters[1].relative) << "nothing is so many times zero";
-  EXPECT_NEAR(*apart->parameters[1].deviations, 2.0, 1e-12);
-  EXPECT_FALSE(apart->parameters[2].value_b);
-  EXPECT_FALSE(apart->parameters[3].deviations) << "nothing is known of it";
-  EXPECT_FALSE(apart->parameters[4].value_a);
-  EXPECT_EQ(apart->remarks, (std::vector<std::string>{"device: 'phantom_1_0' against 'phantom_1_5'",
-                                                      "only the first had converged"}));
+  const auto apart = test::value_of(difference(a, b));
+  ASSERT_EQ(apart.parameters.size(), 5U);
+  EXPECT_EQ(apart.parameters[0].relative, 0.5);
+  EXPECT_NEAR(apart.parameters[0].deviations, 2.0, 1e-12);
+  EXPECT_FALSE(apart.parameters[1].relative) << "nothing is so many times zero";
+  EXPECT_NEAR(apart.parameters[1].deviations, 2.0, 1e-12);
+  EXPECT_FALSE(apart.parameters[2].value_b);
+  EXPECT_FALSE(apart.parameters[3].deviations) << "nothing is known of it";
+  EXPECT_FALSE(apart.parameters[4].value_a);
+  EXPECT_EQ(apart.remarks, (std::vector<std::string>{"device: 'phantom_1_0' against 'phantom_1_5'",
+                                                     "only the first had converged"}));
   b.model = example_friction("sponge");
   expect_refused(difference(a, b), RefusalKind::kInvalidArgument,
                  "models of different kinds have nothing to compare");
@@ -522,10 +511,9 @@ TEST(ModelLibrary, AnObjectMayBeStoredOnlyAndAskedForByTag) {
   const std::string hard = add(*store, example_contact("gel", 2));
   EXPECT_FALSE(library.contains("gel"));
   ASSERT_TRUE(store->tag(soft, "soft"));
-  const auto untagged = library.find("gel");
-  ASSERT_FALSE(untagged);
-  EXPECT_EQ(untagged.error().what, "no model of 'gel' is tagged 'current'");
-  EXPECT_EQ(untagged.error().limit, "gel@soft");
+  const hal::Error untagged = test::error_of(library.find("gel"));
+  EXPECT_EQ(untagged.what, "no model of 'gel' is tagged 'current'");
+  EXPECT_EQ(untagged.limit, "gel@soft");
 
   ASSERT_TRUE(store->tag(hard, "current"));
   EXPECT_TRUE(library.contains("gel"));
@@ -534,11 +522,10 @@ TEST(ModelLibrary, AnObjectMayBeStoredOnlyAndAskedForByTag) {
   EXPECT_EQ(library.find_parts("gel")->stored(), std::vector<std::string>{hard});
   EXPECT_EQ(library.find_parts("gel@soft")->stored(), std::vector<std::string>{soft});
 
-  const auto mistyped = library.find_parts("gel@sotf");
-  ASSERT_FALSE(mistyped);
-  EXPECT_EQ(mistyped.refusal().kind, RefusalKind::kNotFound);
-  EXPECT_EQ(mistyped.refusal().error.what, "no model of 'gel' has the tag 'sotf'");
-  EXPECT_EQ(mistyped.refusal().error.remedy, "did you mean 'soft'?");
+  const auto mistyped = test::refusal_of(library.find_parts("gel@sotf"));
+  EXPECT_EQ(mistyped.kind, RefusalKind::kNotFound);
+  EXPECT_EQ(mistyped.error.what, "no model of 'gel' has the tag 'sotf'");
+  EXPECT_EQ(mistyped.error.remedy, "did you mean 'soft'?");
   EXPECT_EQ(library.find_parts("gle@soft").refusal().error.remedy, "did you mean 'gel'?");
   for (const char* bad : {"gel@", "@soft", "gel@a@b", "gel@../x"}) {
     EXPECT_EQ(library.find_parts(bad).refusal().kind, RefusalKind::kInvalidArgument) << bad;
@@ -553,21 +540,7 @@ TEST(ModelStoreFile, OfVersion2ItsModelsAreOfTheRigThatTheirDataName) {
   rt::IdentifiedModel real = example_contact("sponge", 2);
   real.data_reference = "12.0 s on rig 'openhaptics+netft'";
   rt::IdentifiedModel recorded = example_contact("sponge", 3);
-  {
-    SQLite::Database old(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-    old.exec(kVersion1);
-    for (const rt::IdentifiedModel& model : {simulated, real, recorded}) {
-      SQLite::Statement row(old,
-                            "INSERT INTO models (hash, kind, subject, object, content, stored_at) "
-                            "VALUES (?, 'contact', 'sponge', 'sponge', ?, 1)");
-      row.bind(1, hash_of(model));
-      row.bind(2, *canonical_json(model));
-      row.exec();
-    }
-    SQLite::Statement tag(old, "INSERT INTO tags VALUES ('contact', 'sponge', 'current', ?)");
-    tag.bind(1, hash_of(simulated));
-    tag.exec();
-  }
+  write_version1(path, {simulated, real, recorded}, simulated);
   const auto store = std::move(*ModelStore::open(path, "hardware"));
   EXPECT_EQ(store->get(hash_of(simulated))->rig_kind, "simulated");
   EXPECT_EQ(store->get(hash_of(real))->rig_kind, "hardware");
@@ -586,9 +559,7 @@ TEST(ModelLibrary, WhatWasFoundOnASimulatedRigIsNotCurrentOnAnother) {
 
   const std::shared_ptr<ModelStore> real = std::move(*ModelStore::open(path, "hardware"));
   const ModelLibrary library("", real);
-  const auto refused = library.find("gel");
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().what,
+  EXPECT_EQ(test::error_of(library.find("gel")).what,
             "what is stored of 'gel' was identified on a simulated rig, and this is none");
   const auto names = library.names();
   EXPECT_TRUE(std::find(names.begin(), names.end(), "gel") == names.end());

@@ -74,21 +74,28 @@ class SwapBench {
     EXPECT_TRUE(store_->tag(hash, tag));
     return hash;
   }
+  /// A model that was identified on this rig, for use from now on.
+  std::string put(rt::IdentifiedModel model) {
+    model.device = scenes_.rig_info().device.model;
+    model.sensor = scenes_.rig_info().sensor.model;
+    const std::string hash = store_->add(model)->hash;
+    EXPECT_TRUE(store_->tag(hash, "current"));
+    return hash;
+  }
+
   Outcome<SceneHost::Loaded> load(const std::string& tag,
                                   std::chrono::milliseconds timeout = std::chrono::seconds(60),
                                   const char* scene = kScene) {
-    Caller caller;
-    caller.deadline = Caller::Clock::now() + timeout;
+    Caller caller{.deadline = Caller::Clock::now() + timeout};
     return scenes_.load({SceneSource::Kind::kToml, scene, std::string(kObject) + "@" + tag}, caller);
   }
   void hand(double force_n, double hold_s, int repetitions) {
-    sim::HandProgram program;
-    program.kind = sim::HandProgram::Kind::kPress;
-    program.force_n = force_n;
-    program.force_rate_n_per_s = 8.0;
-    program.approach_mm_per_s = 40.0;
-    program.hold_s = hold_s;
-    program.repetitions = repetitions;
+    sim::HandProgram program{.kind = sim::HandProgram::Kind::kPress,
+                             .force_n = force_n,
+                             .force_rate_n_per_s = 8.0,
+                             .approach_mm_per_s = 40.0,
+                             .hold_s = hold_s,
+                             .repetitions = repetitions};
     EXPECT_FALSE(session_.simulation()->set_program(program));
   }
   /// Waits until the last tick in the records is one that the test wants.
@@ -133,10 +140,8 @@ class SwapBench {
     return records_.size();
   }
   static std::unique_ptr<hal::Rig> rig() {
-    sim::SimulationConfig config;
-    config.object = kObject;
-    config.tip = "ball_bearing";
-    config.device = "phantom_1_5_high_force";
+    sim::SimulationConfig config{
+        .device = "phantom_1_5_high_force", .object = kObject, .tip = "ball_bearing"};
     return std::move(*sim::SimulatedRig::create(config));
   }
 
@@ -147,6 +152,12 @@ class SwapBench {
   std::mutex mutex_;
   std::deque<rt::TickRecord> records_;
   std::thread reader_;
+};
+
+/// A bench with a model that is right and one whose displacements are too large.
+struct RightAndWrong : SwapBench {
+  const std::string right = add(1.0, "right");
+  const std::string wrong = add(1.6, "wrong");
 };
 
 /// The largest change of the device's force from one tick to the next in [from, to].
@@ -174,9 +185,7 @@ double felt_over_target(const std::vector<rt::TickRecord>& records, std::uint64_
 }
 
 TEST(ModelSwap, WaitsForTheContactToEndAndRendersTheNewModelFromThen) {
-  SwapBench bench;
-  bench.add(1.0, "right");
-  bench.add(1.6, "wrong");
+  RightAndWrong bench;
   const auto wrong = test::value_of(bench.load("wrong"));
   bench.hand(3.0, 1.0, -1);
   double worst_step_n = 0.0;
@@ -240,26 +249,22 @@ TEST(ModelSwap, AnotherSceneTakesTheForceAwayAtOnceButSoftly) {
   // No scene means no force, at once.
   bench.hand(3.0, -1.0, 1);
   bench.await_deep_contact();
-  const auto unloaded = bench.scenes().unload(Caller{});
-  ASSERT_TRUE(unloaded);
-  bench.await([&](const rt::TickRecord& r) { return r.tick > unloaded->effective_tick + 10; });
-  EXPECT_GT(largest_step_n(bench.records(unloaded->effective_tick - 5), unloaded->effective_tick,
-                           unloaded->effective_tick + 10),
+  const auto unloaded = hapticd::test::value_of(bench.scenes().unload(Caller{}));
+  bench.await([&](const rt::TickRecord& r) { return r.tick > unloaded.effective_tick + 10; });
+  EXPECT_GT(largest_step_n(bench.records(unloaded.effective_tick - 5), unloaded.effective_tick,
+                           unloaded.effective_tick + 10),
             0.1);
 }
 
 TEST(ModelSwap, IsRefusedWhenTheContactOutlastsTheCallAndNothingChanges) {
-  SwapBench bench;
-  bench.add(1.0, "right");
-  bench.add(1.6, "wrong");
+  RightAndWrong bench;
   ASSERT_TRUE(bench.load("right"));
   const auto before = bench.scenes().current();
   bench.hand(3.0, -1.0, 1);
   bench.await_deep_contact();
-  const auto refused = bench.load("wrong", std::chrono::milliseconds(400));
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().kind, RefusalKind::kDeadlineExceeded);
-  EXPECT_EQ(refused.refusal().error.what, "the tip is in contact: a model is exchanged out of contact only");
+  const auto refused = hapticd::test::refusal_of(bench.load("wrong", std::chrono::milliseconds(400)));
+  EXPECT_EQ(refused.kind, RefusalKind::kDeadlineExceeded);
+  EXPECT_EQ(refused.error.what, "the tip is in contact: a model is exchanged out of contact only");
   EXPECT_EQ(bench.scenes().current(), before);
   bench.await([](const rt::TickRecord& r) { return r.in_contact; });
   // Unloading is never kept waiting.
@@ -267,9 +272,7 @@ TEST(ModelSwap, IsRefusedWhenTheContactOutlastsTheCallAndNothingChanges) {
 }
 
 TEST(ModelSwap, TargetsPassWhileAModelWaits) {
-  SwapBench bench;
-  bench.add(1.0, "right");
-  bench.add(1.6, "wrong");
+  RightAndWrong bench;
   ASSERT_TRUE(bench.load("right"));
   bench.hand(3.0, -1.0, 1);
   bench.await_deep_contact();
@@ -287,9 +290,7 @@ TEST(ModelSwap, TargetsPassWhileAModelWaits) {
 }
 
 TEST(ModelSwap, WhileLatchedOrFreeItIsAtOnce) {
-  SwapBench bench;
-  bench.add(1.0, "right");
-  bench.add(1.6, "wrong");
+  RightAndWrong bench;
   ASSERT_TRUE(bench.load("right"));
   ASSERT_TRUE(bench.load("wrong", std::chrono::seconds(10))) << "no one touches anything";
   bench.hand(3.0, -1.0, 1);
@@ -300,12 +301,10 @@ TEST(ModelSwap, WhileLatchedOrFreeItIsAtOnce) {
 }
 
 TEST(ModelSwap, AModelInUseIsKnownAndOneThatWasDeletedMeanwhileIsNotLoaded) {
-  SwapBench bench;
-  const std::string right = bench.add(1.0, "right");
-  const std::string wrong = bench.add(1.6, "wrong");
+  RightAndWrong bench;
   ASSERT_TRUE(bench.load("right"));
-  EXPECT_TRUE(bench.scenes().uses(right));
-  EXPECT_FALSE(bench.scenes().uses(wrong));
+  EXPECT_TRUE(bench.scenes().uses(bench.right));
+  EXPECT_FALSE(bench.scenes().uses(bench.wrong));
   bench.hand(3.0, -1.0, 1);
   bench.await_deep_contact();
   std::thread waits([&] {
@@ -315,8 +314,8 @@ TEST(ModelSwap, AModelInUseIsKnownAndOneThatWasDeletedMeanwhileIsNotLoaded) {
   });
   std::this_thread::sleep_for(std::chrono::milliseconds(100));  // it waits for the tip, or has not begun to
   const auto uses = [&](const std::string& hash) { return bench.scenes().uses(hash); };
-  EXPECT_FALSE(bench.store().erase(right, uses));
-  const bool erased = static_cast<bool>(bench.store().erase(wrong, uses));
+  EXPECT_FALSE(bench.store().erase(bench.right, uses));
+  const bool erased = static_cast<bool>(bench.store().erase(bench.wrong, uses));
   EXPECT_TRUE(erased);
   sim::HandProgram rest;
   EXPECT_FALSE(bench.session().simulation()->set_program(rest));
@@ -330,13 +329,9 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreReportedOf) {
   bench.add(1.0, "current");
   const auto put = [&](rt::ModelContent content, bool converged = true) {
     rt::IdentifiedModel model = test::example_of_rig(std::move(content));
-    model.device = bench.scenes().rig_info().device.model;
-    model.sensor = bench.scenes().rig_info().sensor.model;
     model.parameters = {{"mass_g", "g", 11.5, 0.04}};
     model.converged = converged;
-    const std::string hash = bench.store().add(model)->hash;
-    EXPECT_TRUE(bench.store().tag(hash, "current"));
-    return hash;
+    return bench.put(model);
   };
   const SceneSource source{SceneSource::Kind::kToml, kScene, {}};
   const auto plain = test::value_of(bench.scenes().resolve(source));
@@ -419,10 +414,7 @@ TEST(RigModels, TheCentreOfAToolsMassReachesTheScene) {
   bench.add(1.0, "current");
   rt::ToolModel tool = test::example_tool();
   tool.tip_to_centre_mm = {2.0, -3.0, 42.0};
-  rt::IdentifiedModel model = test::example_of_rig(tool);
-  model.device = bench.scenes().rig_info().device.model;
-  model.sensor = bench.scenes().rig_info().sensor.model;
-  ASSERT_TRUE(bench.store().tag(bench.store().add(model)->hash, "current"));
+  bench.put(test::example_of_rig(tool));
   const auto scene = test::value_of(bench.scenes().resolve({SceneSource::Kind::kToml, kScene, {}}));
   ASSERT_TRUE(scene.spec.explore.tip_to_centre_mm);
   EXPECT_EQ(scene.spec.explore.tip_to_centre_mm->z, 42.0);
@@ -436,19 +428,14 @@ TEST(RigModels, AnIdentifiedBallBearingsFrictionIsUsedAndSaid) {
   const auto before = test::value_of(bench.scenes().resolve(source));
   ASSERT_TRUE(before.model);
   EXPECT_FALSE(before.model->model.bearing_friction);
-  rt::IdentifiedModel model = test::example_friction(kObject, rt::Tip::kBallBearing);
-  model.device = bench.scenes().rig_info().device.model;
-  model.sensor = bench.scenes().rig_info().sensor.model;
-  const std::string hash = bench.store().add(model)->hash;
-  ASSERT_TRUE(bench.store().tag(hash, "current"));
-  const auto scene = bench.scenes().resolve(source);
-  ASSERT_TRUE(scene) << scene.refusal().error.text();
-  ASSERT_TRUE(scene->model && scene->model->model.bearing_friction);
-  EXPECT_EQ(scene->model->model.bearing_friction->kinetic, 0.4);
-  EXPECT_TRUE(std::find(scene->stored.begin(), scene->stored.end(), hash) != scene->stored.end());
-  ASSERT_EQ(scene->remarks.size(), 1U);
-  EXPECT_EQ(scene->remarks[0], "friction of the ball bearing: 0.4, from stored model " + hash.substr(0, 12));
-  EXPECT_TRUE(bench.scenes().compose(*scene));
+  const std::string hash = bench.put(test::example_friction(kObject, rt::Tip::kBallBearing));
+  const auto scene = hapticd::test::value_of(bench.scenes().resolve(source));
+  ASSERT_TRUE(scene.model && scene.model->model.bearing_friction);
+  EXPECT_EQ(scene.model->model.bearing_friction->kinetic, 0.4);
+  EXPECT_TRUE(std::find(scene.stored.begin(), scene.stored.end(), hash) != scene.stored.end());
+  ASSERT_EQ(scene.remarks.size(), 1U);
+  EXPECT_EQ(scene.remarks[0], "friction of the ball bearing: 0.4, from stored model " + hash.substr(0, 12));
+  EXPECT_TRUE(bench.scenes().compose(scene));
 }
 
 TEST(RigModels, ASceneReportedOfItsModelsSaysWhatSpeaksAgainstThem) {
@@ -479,14 +466,11 @@ TEST(RigModels, ASceneReportedOfItsModelsSaysWhatSpeaksAgainstThem) {
   ASSERT_TRUE(bench.store().tag(gel, "current"));
   text = kScene;
   text.replace(text.find("ball_bearing"), 12, "rod");
-  const auto rod = bench.scenes().resolve({SceneSource::Kind::kToml, text, "gel"});
-  ASSERT_TRUE(rod);
-  const auto refused = bench.scenes().compose(*rod);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().kind, RefusalKind::kFailedPrecondition);
-  EXPECT_NE(refused.refusal().error.remedy.find("its friction was identified with the ball bearing"),
-            std::string::npos)
-      << refused.refusal().error.text();
+  const auto rod = hapticd::test::value_of(bench.scenes().resolve({SceneSource::Kind::kToml, text, "gel"}));
+  const auto refused = hapticd::test::refusal_of(bench.scenes().compose(rod));
+  EXPECT_EQ(refused.kind, RefusalKind::kFailedPrecondition);
+  EXPECT_NE(refused.error.remedy.find("its friction was identified with the ball bearing"), std::string::npos)
+      << refused.error.text();
 }
 
 }  // namespace

@@ -13,9 +13,7 @@ constexpr const char* kFriction =
     "[rod_friction]\nkinetic = 0.5\npresliding_mm = 1\nviscous_n_s_per_mm = 0\n";
 
 v1::ListModelsResponse list(const RunningService& service) {
-  v1::ListModelsResponse response;
-  EXPECT_TRUE(service.model->ListModels(call_context().get(), {}, &response).ok());
-  return response;
+  return answer_of(*service.model, &v1::ModelService::Stub::ListModels);
 }
 
 grpc::Status show(const RunningService& service, const std::string& name, v1::GetModelResponse& response) {
@@ -48,8 +46,7 @@ TEST(ServiceModels, AnUnknownNameIsRefusedWithASuggestion) {
   const RunningService service;
   v1::GetModelResponse shown;
   const grpc::Status unknown = show(service, "foam_bal_3d", shown);
-  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
-  EXPECT_EQ(detail_of(unknown).what(), "unknown model 'foam_bal_3d'");
+  expect_refused_saying(unknown, grpc::StatusCode::NOT_FOUND, "unknown model 'foam_bal_3d'");
   EXPECT_EQ(detail_of(unknown).remedy(), "did you mean 'foam_ball_3d'?");
   expect_refused(show(service, "../x", shown), grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID,
                  "GetModelRequest.name");
@@ -81,8 +78,7 @@ TEST(ServiceModels, ABrokenFileOfTheFolderIsReportedAndRefused) {
 
   const grpc::Status load =
       service.load_toml("name = \"mine\"\nkind = \"explore\"\nobject_model = \"broken\"\n");
-  EXPECT_EQ(load.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(load).what(), "unknown key 'max_force' in [creep]");
+  expect_refused_saying(load, grpc::StatusCode::FAILED_PRECONDITION, "unknown key 'max_force' in [creep]");
   EXPECT_EQ(detail_of(load).where(), broken + ", line 2");
   EXPECT_EQ(detail_of(load).remedy(), "did you mean 'max_force_n'?");
 }

@@ -12,6 +12,7 @@
 #include "tests/integration/running_service.h"
 #include "tests/support/model_examples.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/texts.h"
 
 namespace hapticd::test {
 namespace {
@@ -116,10 +117,9 @@ TEST(ServiceStoredModels, WhatIsNoneIsRefused) {
   std::string edited = exported(example_contact("sponge"));
   edited.replace(edited.find("\"converged\":true"), 16, "\"converged\":false");
   request.set_json(edited);
-  const grpc::Status status = stub.ImportStoredModel(call_context().get(), request, &stored);
-  EXPECT_EQ(status.error_code(), StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(detail_of(status).what(),
-            "the content does not fit its hash: it was altered or damaged on the way");
+  expect_refused_saying(stub.ImportStoredModel(call_context().get(), request, &stored),
+                        StatusCode::INVALID_ARGUMENT,
+                        "the content does not fit its hash: it was altered or damaged on the way");
   EXPECT_TRUE(list(stub).models().empty());
 }
 
@@ -168,16 +168,13 @@ TEST(ServiceStoredModels, TheCurrentOneIsWhatScenesGetAndIsNotDeletedWhileInUse)
 
   ASSERT_TRUE(service.scene->LoadScene(call_context().get(), load, &loaded).ok());
   ASSERT_EQ(loaded.outline().model_needs_size(), 2);
-  EXPECT_NE(loaded.outline().model_needs(0).remark().find("stored model " + contact.substr(0, 12)),
-            std::string::npos)
-      << loaded.outline().model_needs(0).remark();
+  EXPECT_TRUE(holds(loaded.outline().model_needs(0).remark(), "stored model " + contact.substr(0, 12)));
   const auto stored = list(stub);
   EXPECT_EQ(stored.models_size(), 2);
   for (const v1::StoredModel& one : stored.models()) EXPECT_TRUE(one.in_use());
   expect_refused(erase(stub, contact), StatusCode::FAILED_PRECONDITION, v1::ERROR_REASON_IN_USE,
                  "stored model");
-  v1::UnloadSceneResponse unloaded;
-  ASSERT_TRUE(service.scene->UnloadScene(call_context().get(), {}, &unloaded).ok());
+  answer_of(*service.scene, &v1::SceneService::Stub::UnloadScene);
   EXPECT_TRUE(erase(stub, contact).ok());
 }
 
@@ -207,17 +204,15 @@ TEST(ServiceStoredModels, ATagThatNoModelHasIsRefusedWithASuggestion) {
 TEST(ServiceStoredModels, WhatWasIdentifiedOfTheRigIsExplained) {
   const RunningService service;
   v1::ModelService::Stub& stub = *service.model;
-  v1::RigInfo rig;
-  ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &rig).ok());
+  const v1::RigInfo rig = answer_of(*service.rig, &v1::RigService::Stub::GetRigInfo);
   rt::IdentifiedModel tool = example_of_rig(example_tool(11.25));
   tool.device = rig.device().model();
   tool.sensor = rig.sensor().model();
   ASSERT_TRUE(tag(stub, import(stub, tool).hash(), "current").ok());
   v1::ExplainSceneRequest request;
   request.set_name("explore_bearing");
-  v1::SceneOutline outline;
-  ASSERT_TRUE(service.scene->ExplainScene(call_context().get(), request, &outline).ok());
-  EXPECT_NE(outline.resolved_toml().find("mass_g = 11.25\n"), std::string::npos) << outline.resolved_toml();
+  const v1::SceneOutline outline = answer_of(*service.scene, &v1::SceneService::Stub::ExplainScene, request);
+  EXPECT_TRUE(holds(outline.resolved_toml(), "mass_g = 11.25\n"));
   ASSERT_EQ(outline.remarks_size(), 2);
   EXPECT_EQ(outline.remarks(1),
             "the scene is for a ball bearing, the simulated tool is a rod: set tip in [rig.sim]");
@@ -254,13 +249,12 @@ TEST(ServiceStoredModels, AStoreThatCannotBeUsedKeepsTheDaemonFromStarting) {
     if (check) arguments.emplace_back("--check-config");
     DaemonProcess process(arguments);
     EXPECT_EQ(process.wait(), 2);
-    EXPECT_NE(process.errors().find("not a store of models"), std::string::npos) << process.errors();
+    EXPECT_TRUE(holds(process.errors(), "not a store of models"));
   }
   // A check makes nothing.
   DaemonProcess process({"--model-store", folder.path("new/models.sqlite"), "--check-config"});
   EXPECT_EQ(process.wait(), 0) << process.errors();
-  EXPECT_NE(process.output().find("store = \"" + folder.path("new/models.sqlite") + "\""), std::string::npos)
-      << process.output();
+  EXPECT_TRUE(holds(process.output(), "store = \"" + folder.path("new/models.sqlite") + "\""));
   DaemonProcess nowhere({"--listen", "127.0.0.1:0", "--model-store", path + "/models.sqlite"});
   EXPECT_EQ(nowhere.wait(), 2);
 }

@@ -10,8 +10,6 @@
 #include <bit>
 #include <cstdint>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "client/igtl/igtl_messages.h"
 #include "tests/support/child_process.h"

@@ -103,8 +103,7 @@ TEST(PoseService, SubscribersOfAllRatesAndFramesShareOneRig) {
 }
 
 TEST(PoseService, ATouchIsStampedBeforeItWasNoticed) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   Poses poses(service.channel, wish(200.0));
   service.press(2.0);
   v1::Pose pose = poses.next();

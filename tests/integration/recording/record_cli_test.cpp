@@ -18,25 +18,9 @@ namespace {
 
 class RecordCli : public testing::Test {
  protected:
-  static server::DaemonConfig with_folder(const TemporaryFolder& folder) {
-    server::DaemonConfig config = quiet_config();
-    config.recording.folder = folder.path("state");
-    config.recording.keep_free_mb = 0.0;
-    return config;
-  }
-  struct Run {
-    int code = 0;
-    std::string output;
-    std::string errors;
-  };
-  Run run(std::vector<std::string> words) const {
+  Ran run(std::vector<std::string> words) const {
     words.insert(words.begin(), {"--server", service_.address()});
-    ChildProcess process(HAPTICCTL_BINARY, words);
-    Run ran;
-    ran.code = process.wait();
-    ran.output = process.output();
-    ran.errors = process.errors();
-    return ran;
+    return run_to_the_end(HAPTICCTL_BINARY, std::move(words));
   }
 
   void await_ticks(std::uint64_t count) const {
@@ -45,11 +29,11 @@ class RecordCli : public testing::Test {
   }
 
   const TemporaryFolder folder_;
-  const RunningService service_{with_folder(folder_)};
+  const RunningService service_{config_that_records(folder_.path("state"))};
 };
 
 TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
-  const Run started = run({"--json", "record", "start", "press", "--note", "a note"});
+  const Ran started = run({"--json", "record", "start", "press", "--note", "a note"});
   ASSERT_EQ(started.code, 0) << started.errors;
   const std::string id = nlohmann::json::parse(started.output).at("id");
   EXPECT_TRUE(id.ends_with("_press"));
@@ -57,7 +41,7 @@ TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
   EXPECT_EQ(run({"record", "annotate", "here"}).code, 0);
   EXPECT_NE(run({"status"}).output.find(id), std::string::npos);
   await_ticks(300);
-  const Run stopped = run({"record", "stop"});
+  const Ran stopped = run({"record", "stop"});
   EXPECT_EQ(stopped.code, 0) << stopped.errors;
   EXPECT_NE(stopped.output.find("none lost"), std::string::npos) << stopped.output;
   EXPECT_NE(run({"record", "list"}).output.find("a note"), std::string::npos);
@@ -66,19 +50,19 @@ TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
   EXPECT_EQ(run({"record", "get", "last", "--out", mcap}).code, 0);
   EXPECT_GT(std::filesystem::file_size(mcap), 1000U);
   for (const char* name : {"a.h5", "a.csv"}) {
-    const Run exported = run({"record", "export", "last", "--out", folder_.path(name)});
+    const Ran exported = run({"record", "export", "last", "--out", folder_.path(name)});
     EXPECT_EQ(exported.code, 0) << exported.errors;
     EXPECT_EQ(exported.output.find("replaced"), std::string::npos) << exported.output;
     EXPECT_GT(std::filesystem::file_size(folder_.path(name)), 1000U);
   }
-  const Run again = run({"record", "export", "last", "--out", folder_.path("a.csv")});
+  const Ran again = run({"record", "export", "last", "--out", folder_.path("a.csv")});
   EXPECT_EQ(again.code, 0) << again.errors;
   EXPECT_NE(again.output.find("; the file that was there is replaced\n"), std::string::npos) << again.output;
-  const Run wrong = run({"record", "export", "last", "--out", folder_.path("b.csv"), "--columns", "forse"});
+  const Ran wrong = run({"record", "export", "last", "--out", folder_.path("b.csv"), "--columns", "forse"});
   EXPECT_NE(wrong.code, 0);
   EXPECT_NE(wrong.errors.find("the recording has no such column"), std::string::npos) << wrong.errors;
   EXPECT_FALSE(std::filesystem::exists(folder_.path("b.csv"))) << "nothing is left of what was refused";
-  const Run no_format = run({"record", "export", "last", "--out", folder_.path("b.xls")});
+  const Ran no_format = run({"record", "export", "last", "--out", folder_.path("b.xls")});
   EXPECT_NE(no_format.errors.find(".h5, .hdf5 or .csv"), std::string::npos) << no_format.errors;
   EXPECT_EQ(run({"record", "delete", id}).code, 0);
   EXPECT_NE(run({"record", "get", id}).code, 0);
@@ -89,7 +73,7 @@ TEST_F(RecordCli, WritesNoFormatUnderTheNameOfAnother) {
                                      const std::string& accepted) {
     const std::string path = folder_.path(name);
     words.push_back(path);
-    const Run refused = run(words);
+    const Ran refused = run(words);
     EXPECT_EQ(refused.code, 2) << path;
     EXPECT_NE(refused.errors.find(accepted), std::string::npos) << refused.errors;
     EXPECT_FALSE(std::filesystem::exists(path)) << path;
@@ -101,7 +85,7 @@ TEST_F(RecordCli, WritesNoFormatUnderTheNameOfAnother) {
   expect_refused({"identify", "watch", "--svg"}, "a.png", "ends in .svg");
   for (const std::string& path : {folder_.path("a.txt"), std::string("/dev/null")})
     EXPECT_EQ(run({"telemetry", "record", "--samples", "10", path}).code, 0) << path;
-  const Run again = run({"telemetry", "record", "--samples", "10", folder_.path("a.txt")});
+  const Ran again = run({"telemetry", "record", "--samples", "10", folder_.path("a.txt")});
   EXPECT_NE(again.output.find("replaced"), std::string::npos) << again.output;
 
   const auto program = std::filesystem::path(HAPTICCTL_BINARY).parent_path() / "hapticd-export";
@@ -128,7 +112,7 @@ TEST_F(RecordCli, PlotsARecordingOfAnyKindAlike) {
   }
   ASSERT_EQ(run({"scene", "load", "tap_1d"}).code, 0);
   ASSERT_EQ(run({"record", "start", "press"}).code, 0);
-  const Run pressed = run({"sim", "hand", "press", "--force", "1", "--hold", "0.2", "--wait"});
+  const Ran pressed = run({"sim", "hand", "press", "--force", "1", "--hold", "0.2", "--wait"});
   EXPECT_EQ(pressed.code, 0) << pressed.errors;
   EXPECT_FALSE(service_.state().in_contact()) << "the hand was waited for";
   ASSERT_EQ(run({"record", "stop"}).code, 0);
@@ -138,7 +122,7 @@ TEST_F(RecordCli, PlotsARecordingOfAnyKindAlike) {
     ASSERT_EQ(run({"record", "export", "last", "--out", folder_.path(name)}).code, 0);
   for (const char* name : {"a.mcap", "a.h5", "a.csv"}) {
     const std::string svg = folder_.path(std::string(name) + ".svg");
-    const Run plotted = run({"plot", folder_.path(name), "--out", svg});
+    const Ran plotted = run({"plot", folder_.path(name), "--out", svg});
     ASSERT_EQ(plotted.code, 0) << plotted.errors;
     EXPECT_NE(plotted.output.find("samples drawn"), std::string::npos) << plotted.output;
     drawn.push_back(curves_of(svg));
@@ -150,7 +134,7 @@ TEST_F(RecordCli, PlotsARecordingOfAnyKindAlike) {
   const std::string cut = folder_.path("cut.mcap");
   std::ofstream(cut, std::ios::binary) << "\x89MCAP0\r\n"
                                        << "nothing";
-  const Run refused = run({"plot", cut, "--out", folder_.path("cut.svg")});
+  const Ran refused = run({"plot", cut, "--out", folder_.path("cut.svg")});
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.errors.find(cut), std::string::npos) << refused.errors;
 }
@@ -164,15 +148,14 @@ TEST_F(RecordCli, ShowsAnIncidentInWordsAndAsAPicture) {
   EXPECT_NE(run({"incident", "list"}).output.find("_stopped"), std::string::npos);
   EXPECT_NE(run({"status"}).output.find("last incident"), std::string::npos);
   const std::string svg = folder_.path("incident.svg");
-  const Run shown = run({"incident", "show", "last", "--out", svg});
+  const Ran shown = run({"incident", "show", "last", "--out", svg});
   if (std::system("command -v gnuplot > /dev/null") != 0) {
     GTEST_SKIP() << "SKIPPED LOUDLY: gnuplot is not installed, so no plot was drawn";
   }
   ASSERT_EQ(shown.code, 0) << shown.errors;
   EXPECT_NE(shown.output.find("cause   stopped: zero force"), std::string::npos) << shown.output;
   EXPECT_NE(shown.output.find("tool change"), std::string::npos) << shown.output;
-  std::ifstream file(svg);
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const std::string text = file_text(svg);
   EXPECT_NE(text.find("to the device / N"), std::string::npos);
   EXPECT_NE(text.find("tip / mm"), std::string::npos);
 }

@@ -29,12 +29,7 @@ using recording::EventKind;
 
 class RecordingServiceTest : public testing::Test {
  protected:
-  server::DaemonConfig config() const {
-    server::DaemonConfig config = quiet_config();
-    config.recording.folder = folder_.path("state");
-    config.recording.keep_free_mb = 0.0;
-    return config;
-  }
+  server::DaemonConfig config() const { return config_that_records(folder_.path("state")); }
   static client::Client client_of(const RunningService& service) {
     return client::Client({.address = service.address(), .timeout = std::chrono::milliseconds(kTimeout)});
   }
@@ -263,8 +258,7 @@ TEST_F(RecordingServiceTest, ExportsAreMadeAndRefusedInExactWords) {
   };
   csv.add_columns("guard_device_comand_z_n");
   const grpc::Status unknown = refused(csv);
-  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(detail_of(unknown).what(), "the recording has no such column");
+  expect_refused_saying(unknown, grpc::StatusCode::INVALID_ARGUMENT, "the recording has no such column");
   EXPECT_EQ(detail_of(unknown).where(), "recording '" + id + "'");
   EXPECT_EQ(detail_of(unknown).value(), "guard_device_comand_z_n");
   EXPECT_EQ(detail_of(unknown).remedy(), "did you mean 'guard_device_command_z_n'?");
@@ -434,9 +428,7 @@ TEST_F(RecordingServiceTest, ARecordingIsARig) {
 }
 
 TEST_F(RecordingServiceTest, ARecordingIsAnInputOfIdentification) {
-  const std::string path = recorded_press(config());
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const std::string bytes = file_text(recorded_press(config()));
   const RunningService service;
   client::Client client = client_of(service);
   v1::RecordingDescription description;

@@ -6,15 +6,8 @@
 namespace hapticd::test {
 namespace {
 
-struct End {
-  int code;
-  std::string output;
-};
-
-End crash(const char* way) {
-  ChildProcess victim(CRASH_VICTIM, {way});
-  const int code = victim.wait();
-  return {code, victim.output()};
+Ran crash(const char* way) {
+  return run_to_the_end(CRASH_VICTIM, {way});
 }
 
 TEST(CrashGuard, WritesZeroOnceAndEndsByTheSignal) {
@@ -23,7 +16,7 @@ TEST(CrashGuard, WritesZeroOnceAndEndsByTheSignal) {
       {"abort", SIGABRT}, {"terminate", SIGABRT}, {"killed", SIGSEGV}, {"crash_in_thread", SIGSEGV},
       {"unread", SIGABRT}};
   for (const auto& [way, signal] : ways) {
-    const End end = crash(way);
+    const Ran end = crash(way);
     EXPECT_EQ(end.code, -signal) << way;
     EXPECT_EQ(end.output, "zero\n") << way;
   }
@@ -31,20 +24,20 @@ TEST(CrashGuard, WritesZeroOnceAndEndsByTheSignal) {
 
 TEST(CrashGuard, WorksWhereTheStackIsUsedUp) {
   for (const char* way : {"overflow", "overflow_in_thread"}) {
-    const End end = crash(way);
+    const Ran end = crash(way);
     EXPECT_EQ(end.code, -SIGSEGV) << way;
     EXPECT_EQ(end.output, "zero\n") << way;
   }
 }
 
 TEST(CrashGuard, EndsAlsoWhereTheDriverCrashesItself) {
-  const End end = crash("crash_in_driver");
+  const Ran end = crash("crash_in_driver");
   EXPECT_EQ(end.code, -SIGABRT);
   EXPECT_EQ(end.output, "zero\n") << "once";
 }
 
 TEST(CrashGuard, LeavesARigAloneThatWasTakenBack) {
-  const End end = crash("none");
+  const Ran end = crash("none");
   EXPECT_EQ(end.code, -SIGABRT);
   EXPECT_EQ(end.output, "");
 }

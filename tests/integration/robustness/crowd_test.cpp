@@ -63,10 +63,7 @@ void listen(const std::string& address) {
 
 TEST(Crowd, OfClientsIsServed) {
   const TemporaryFolder folder;
-  server::DaemonConfig config = quiet_config();
-  config.recording.folder = folder.path();
-  config.recording.keep_free_mb = 0.0;
-  const RunningService service(config);
+  const RunningService service(config_that_records(folder.path()));
   ASSERT_TRUE(ok(service.load("tap_1d")));
   std::vector<std::thread> clients;
   for (int i = 0; i < kClients; ++i) {

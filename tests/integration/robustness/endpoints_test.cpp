@@ -81,8 +81,7 @@ TEST(ServiceEndpoints, ServeTheUnixSocketToo) {
   config.unix_socket = folder.path("hapticd.sock");
   const RunningService service(config);
   const auto stub = v1::RigService::NewStub(connect("unix:" + config.unix_socket));
-  v1::RigInfo info;
-  ASSERT_TRUE(ok(stub->GetRigInfo(call_context().get(), {}, &info)));
+  const v1::RigInfo info = answer_of(*stub, &v1::RigService::Stub::GetRigInfo);
   EXPECT_EQ(info.name(), "sim:phantom_1_0");
   EXPECT_EQ(info.kind(), v1::RIG_KIND_SIMULATED);
   EXPECT_FALSE(info.server_version().empty());

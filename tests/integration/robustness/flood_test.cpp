@@ -122,8 +122,7 @@ void explain(const ServiceClient& client, grpc::CompletionQueue& queue, Flood::C
 }
 
 TEST(Flood, OfSlowCallsKeepsNoOneFromStoppingAndClearing) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   service.press(2.0);
   // Both on separate connections, as many as one may have calls.
   std::vector<std::unique_ptr<Flood>> floods;
@@ -300,8 +299,7 @@ TEST(Flood, OfUnreadAnswersLeavesThreadsToOthers) {
   const std::string address = daemon.await_address();
   const ServiceClient client(connect(address));
   const auto lease = v1::LeaseService::NewStub(client.channel);
-  v1::LeaseGrant grant;
-  ASSERT_TRUE(lease->AcquireLease(call_context().get(), {}, &grant).ok());
+  const v1::LeaseGrant grant = answer_of(*lease, &v1::LeaseService::Stub::AcquireLease);
   std::vector<std::unique_ptr<Http2Flood>> held;
   for (int i = 0; i < 3; ++i) {
     held.push_back(std::make_unique<Http2Flood>(address));

@@ -65,8 +65,7 @@ void expect_force_first(int signal) {
   press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
   press.mutable_program()->set_force_n(2.0);
   press.mutable_program()->set_hold_s(-1.0);
-  v1::SetHandProgramResponse response;
-  ASSERT_TRUE(client.simulation->SetHandProgram(call_context().get(), press, &response).ok());
+  answer_of(*client.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
   client.await([](const v1::RigState& s) { return s.in_contact() && s.displacement_mm() > 2.0; });
   CommandRecord record(client.channel);
   record.await_tick(record.last_tick() + 50);

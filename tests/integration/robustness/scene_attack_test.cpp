@@ -17,8 +17,7 @@ constexpr const char* kAttack =
     "resume_ramp_s = 0\n";
 
 TEST(SceneAttack, AsAWholeIsRefusedAndChangesNothing) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   const grpc::Status status = service.load_toml(std::string(kHead) + kAttack);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE) << status.error_message();
   const v1::ErrorDetail detail = detail_of(status);

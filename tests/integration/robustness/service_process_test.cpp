@@ -134,8 +134,7 @@ TEST(AfterACrash, TheDaemonStartsWithoutForceUntilSomeoneClears) {
     DaemonProcess third(kPlainService);
     const ServiceClient client(connect(third.await_address()));
     EXPECT_EQ(latched_by(client), v1::GUARD_FAULT_UNCLEAN_END);
-    v1::ClearResponse cleared;
-    ASSERT_TRUE(client.safety->Clear(call_context().get(), {}, &cleared).ok());
+    const v1::ClearResponse cleared = answer_of(*client.safety, &v1::SafetyService::Stub::Clear);
     EXPECT_EQ(cleared.cleared_fault(), v1::GUARD_FAULT_UNCLEAN_END);
     third.signal(SIGTERM);
     EXPECT_EQ(third.wait(), 0);

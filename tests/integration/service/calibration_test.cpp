@@ -105,8 +105,7 @@ TEST(ServiceCalibration, FindsStoresAndAdoptsFromPushedPoses) {
 
   v1::GetCalibrationRequest get;
   get.set_hash(progress.stored().substr(0, 10));
-  v1::Calibration found;
-  ASSERT_TRUE(service.stub->GetCalibration(call_context().get(), get, &found).ok());
+  const v1::Calibration found = answer_of(*service.stub, &v1::CalibrationService::Stub::GetCalibration, get);
   EXPECT_NEAR(found.latency_ms(), 1e3 * trial.latency_s, 0.5);
   EXPECT_LT(found.predicted_target_error_95_mm(), 1.0);
   EXPECT_GT(found.predicted_target_error_95_mm(), 0.0);
@@ -115,30 +114,26 @@ TEST(ServiceCalibration, FindsStoresAndAdoptsFromPushedPoses) {
   EXPECT_FALSE(found.adopted());
 
   const std::string on_corrected_poses = "name = \"on_corrected\"\ncorrected_poses = true\n";
-  const auto too_early = service.load_toml(on_corrected_poses);
-  EXPECT_EQ(too_early.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(too_early).what(), "the scene works on corrected poses, and no calibration is adopted");
+  expect_refused_saying(service.load_toml(on_corrected_poses), grpc::StatusCode::FAILED_PRECONDITION,
+                        "the scene works on corrected poses, and no calibration is adopted");
 
   v1::AdoptCalibrationRequest adopt;
   adopt.set_hash(progress.stored());
-  v1::AdoptCalibrationResponse adopted;
-  ASSERT_TRUE(service.stub->AdoptCalibration(call_context().get(), adopt, &adopted).ok());
+  answer_of(*service.stub, &v1::CalibrationService::Stub::AdoptCalibration, adopt);
   EXPECT_TRUE(service.load_toml(on_corrected_poses).ok());
   v1::ExplainSceneRequest explain;
   explain.set_toml(on_corrected_poses);
-  v1::SceneOutline outline;
-  ASSERT_TRUE(service.scene->ExplainScene(call_context().get(), explain, &outline).ok());
+  const v1::SceneOutline outline = answer_of(*service.scene, &v1::SceneService::Stub::ExplainScene, explain);
   ASSERT_FALSE(outline.remarks().empty());
   EXPECT_EQ(outline.remarks(outline.remarks_size() - 1),
             "poses: corrected by calibration " + progress.stored().substr(0, 12));
   v1::DeleteCalibrationRequest remove;
   remove.set_hash(progress.stored());
   v1::DeleteCalibrationResponse removed;
-  const auto refused = service.stub->DeleteCalibration(call_context().get(), remove, &removed);
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(refused).reason(), v1::ERROR_REASON_IN_USE);
-  v1::ListCalibrationsResponse all;
-  ASSERT_TRUE(service.stub->ListCalibrations(call_context().get(), {}, &all).ok());
+  expect_refused_for(service.stub->DeleteCalibration(call_context().get(), remove, &removed),
+                     grpc::StatusCode::FAILED_PRECONDITION, v1::ERROR_REASON_IN_USE);
+  const v1::ListCalibrationsResponse all =
+      answer_of(*service.stub, &v1::CalibrationService::Stub::ListCalibrations);
   ASSERT_EQ(all.calibrations_size(), 1);
   EXPECT_TRUE(all.calibrations(0).adopted());
 }
@@ -191,8 +186,8 @@ TEST(ServiceCalibration, RefusesWhatItCannotUse) {
   EXPECT_EQ(few.problem().what(), "too few poses");
 
   ASSERT_TRUE(service.start(recorded(v1::CALIBRATION_KIND_TIP)).ok());
-  v1::CalibrationProgress cancelled;
-  ASSERT_TRUE(service.stub->CancelCalibration(call_context().get(), {}, &cancelled).ok());
+  const v1::CalibrationProgress cancelled =
+      answer_of(*service.stub, &v1::CalibrationService::Stub::CancelCalibration);
   EXPECT_EQ(cancelled.state(), v1::CALIBRATION_STATE_CANCELLED);
 }
 
@@ -220,8 +215,8 @@ class CalibratingUnderALease : public testing::Test {
     return progress;
   }
   int stored() const {
-    v1::ListCalibrationsResponse all;
-    EXPECT_TRUE(service_.stub->ListCalibrations(call_context().get(), {}, &all).ok());
+    const v1::ListCalibrationsResponse all =
+        answer_of(*service_.stub, &v1::CalibrationService::Stub::ListCalibrations);
     return all.calibrations_size();
   }
 
@@ -276,8 +271,7 @@ TEST(ServiceCalibration, AStreamThatOutlivesTheCalibrationKeepsWhatItGave) {
   while (progress.reference_poses() == 0 && watch->Read(&progress)) {
   }
   ASSERT_EQ(progress.reference_poses(), 1u);
-  v1::CalibrationProgress cancelled;
-  ASSERT_TRUE(service.stub->CancelCalibration(call_context().get(), {}, &cancelled).ok());
+  answer_of(*service.stub, &v1::CalibrationService::Stub::CancelCalibration);
   writer->Write(piece);
   writer->WritesDone();
   const auto status = writer->Finish();

@@ -24,9 +24,7 @@ v1::ExplainSceneRequest explain(const std::string& name, const std::string& mode
 }
 
 v1::SceneOutline outline_of(const RunningService& service, const v1::ExplainSceneRequest& request) {
-  v1::SceneOutline outline;
-  EXPECT_TRUE(ok(service.scene->ExplainScene(call_context().get(), request, &outline)));
-  return outline;
+  return answer_of(*service.scene, &v1::SceneService::Stub::ExplainScene, request);
 }
 
 grpc::Status load_with(const RunningService& service, const std::string& name, const std::string& model,
@@ -167,8 +165,7 @@ TEST(ServiceExplore, AStrokeIsRenderedAndItsTelemetryHasDirectionFusionAndPassiv
   stroke.mutable_program()->set_speed_mm_per_s(60.0);
   stroke.mutable_program()->set_stroke_length_mm(20.0);
   stroke.mutable_program()->set_repetitions(-1);
-  v1::SetHandProgramResponse accepted;
-  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), stroke, &accepted).ok());
+  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, stroke);
 
   v1::SubscribeRequest request;
   request.set_decimation(5);

@@ -68,8 +68,7 @@ TEST_F(ServiceGuide, LeadsTheToolToAPointAndThenToAnObject) {
   EXPECT_NEAR(last.position_mm().z(), 0.0, 2.0);
   // In contact already.
   status = move(down);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_IN_CONTACT);
+  expect_refused_for(status, grpc::StatusCode::FAILED_PRECONDITION, v1::ERROR_REASON_IN_CONTACT);
 }
 
 TEST_F(ServiceGuide, RefusesWhatIsNoMotionAndSaysWhy) {

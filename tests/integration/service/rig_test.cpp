@@ -15,8 +15,7 @@ namespace {
 
 TEST(ServiceRig, TellsWhatEveryFaultDoes) {
   const RunningService service;
-  v1::ListFaultsResponse answer;
-  ASSERT_TRUE(service.safety->ListFaults(call_context().get(), {}, &answer).ok());
+  const v1::ListFaultsResponse answer = answer_of(*service.safety, &v1::SafetyService::Stub::ListFaults);
   std::set<int> reported;
   for (const v1::FaultRule& rule : answer.faults()) {
     EXPECT_TRUE(reported.insert(rule.fault()).second);
@@ -33,8 +32,7 @@ TEST(ServiceRig, IsLookedOverByTheDoctor) {
   const RunningService service;
   v1::DiagnoseRequest request;
   request.set_probe(true);
-  v1::Diagnosis diagnosis;
-  ASSERT_TRUE(service.rig->Diagnose(call_context().get(), request, &diagnosis).ok());
+  const v1::Diagnosis diagnosis = answer_of(*service.rig, &v1::RigService::Stub::Diagnose, request);
   std::set<std::string> topics;
   for (const v1::Finding& finding : diagnosis.findings()) {
     topics.insert(finding.topic());
@@ -50,8 +48,7 @@ TEST(ServiceRig, IsLookedOverByTheDoctor) {
 TEST(ServiceRig, TheDoctorSaysThatTheGuardIsLatched) {
   const RunningService service;
   const auto of_guard = [&service] {
-    v1::Diagnosis diagnosis;
-    EXPECT_TRUE(service.rig->Diagnose(call_context().get(), {}, &diagnosis).ok());
+    const v1::Diagnosis diagnosis = answer_of(*service.rig, &v1::RigService::Stub::Diagnose);
     std::vector<v1::Finding> found;
     for (const v1::Finding& finding : diagnosis.findings()) {
       if (finding.topic() == "guard") found.push_back(finding);
@@ -59,8 +56,7 @@ TEST(ServiceRig, TheDoctorSaysThatTheGuardIsLatched) {
     return found;
   };
   EXPECT_TRUE(of_guard().empty());
-  v1::StopResponse stopped;
-  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  const v1::StopResponse stopped = answer_of(*service.safety, &v1::SafetyService::Stub::Stop);
   const auto found = of_guard();
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].severity(), v1::FINDING_SEVERITY_WARNING);
@@ -69,8 +65,7 @@ TEST(ServiceRig, TheDoctorSaysThatTheGuardIsLatched) {
 }
 
 TEST(ServiceRig, ASimulatedOneIsBiasedAndHasNothingToHome) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   EXPECT_FALSE(service.state().has_sensor_bias());
   // Once the tool was seen free.
   v1::BiasForceSensorResponse biased;
@@ -86,13 +81,11 @@ TEST(ServiceRig, ASimulatedOneIsBiasedAndHasNothingToHome) {
 }
 
 TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   service.press(2.0);
   v1::BiasForceSensorResponse biased;
-  const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(status).what(), "the tool is in contact: it cannot be biased");
+  expect_refused_saying(service.rig->BiasForceSensor(call_context().get(), {}, &biased),
+                        grpc::StatusCode::FAILED_PRECONDITION, "the tool is in contact: it cannot be biased");
 }
 
 TEST(ServiceRig, IsNotBiasedWhileAHandMovesTheTool) {
@@ -100,8 +93,7 @@ TEST(ServiceRig, IsNotBiasedWhileAHandMovesTheTool) {
   v1::SetHandProgramRequest request;
   request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_TAP);
   request.mutable_program()->set_repetitions(0);
-  v1::SetHandProgramResponse set;
-  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &set).ok());
+  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, request);
   v1::BiasForceSensorResponse biased;
   const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
@@ -112,15 +104,13 @@ TEST(ServiceRig, IsNotBiasedWhileAHandMovesTheTool) {
 
 // If no scene looks for contact, the last bias shows it.
 TEST(ServiceRig, IsNotBiasedUnderALoadUnlessSomeoneHasLooked) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   v1::BiasForceSensorRequest request;
   v1::BiasForceSensorResponse biased;
   const auto bias = [&] { return service.rig->BiasForceSensor(call_context().get(), request, &biased); };
   service.await([&](const v1::RigState&) { return bias().ok(); });
   service.press(2.0);
-  v1::UnloadSceneResponse unloaded;
-  ASSERT_TRUE(service.scene->UnloadScene(call_context().get(), {}, &unloaded).ok());
+  answer_of(*service.scene, &v1::SceneService::Stub::UnloadScene);
   grpc::Status status;
   service.await([&](const v1::RigState&) {  // once the hand holds still
     status = bias();
@@ -159,8 +149,7 @@ TEST(ServiceRig, TheDoctorLooksAtTheForceOfTheLoadedScene) {
   ASSERT_TRUE(service.load("tap_1d").ok());
   service.press(2.0,
                 [](const v1::RigState& now) { return now.in_contact() && now.reaction_force_n() > 1.0; });
-  v1::Diagnosis diagnosis;
-  ASSERT_TRUE(service.rig->Diagnose(call_context().get(), {}, &diagnosis).ok());
+  const v1::Diagnosis diagnosis = answer_of(*service.rig, &v1::RigService::Stub::Diagnose);
   const auto found =
       std::find_if(diagnosis.findings().begin(), diagnosis.findings().end(), [](const v1::Finding& finding) {
         return finding.text().find("its force follows the press axis") != std::string::npos;
@@ -180,9 +169,8 @@ v1::PartState table_of(const RunningService& service) {
 
 TEST(ServiceRig, ASceneAtAStationNeedsATurntable) {
   const RunningService service;
-  const grpc::Status status = service.load_toml(kAtStation);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(status).what(), "a station is needed, and this rig has no turntable");
+  expect_refused_saying(service.load_toml(kAtStation), grpc::StatusCode::FAILED_PRECONDITION,
+                        "a station is needed, and this rig has no turntable");
 }
 
 TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
@@ -213,9 +201,8 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   const auto refused = turntable->MoveTo(again.get(), request);
   for (v1::TurntableStatus progress; refused->Read(&progress);) {
   }
-  const grpc::Status kept = refused->Finish();
-  EXPECT_EQ(kept.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(kept).what(), "the loaded scene needs the table where it is");
+  expect_refused_saying(refused->Finish(), grpc::StatusCode::FAILED_PRECONDITION,
+                        "the loaded scene needs the table where it is");
 }
 
 TEST(ServiceRigState, IsSmallWithoutItsHistograms) {
@@ -223,8 +210,7 @@ TEST(ServiceRigState, IsSmallWithoutItsHistograms) {
   service.await([](const v1::RigState& s) { return s.loop().wakeup().buckets_size() > 0; });
   v1::GetRigStateRequest request;
   request.set_without_histograms(true);
-  v1::RigState state;
-  ASSERT_TRUE(service.rig->GetRigState(call_context().get(), request, &state).ok());
+  const v1::RigState state = answer_of(*service.rig, &v1::RigService::Stub::GetRigState, request);
   EXPECT_EQ(state.loop().wakeup().buckets_size(), 0);
   EXPECT_GT(state.loop().wakeup().count(), 0U);
   EXPECT_LT(state.ByteSizeLong(), 2000U);

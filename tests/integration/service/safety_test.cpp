@@ -6,13 +6,11 @@ namespace hapticd::test {
 namespace {
 
 TEST(ServiceSafety, StopLatchesAndClearResumes) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   for (int round = 0; round < 20; ++round) {  // a clear sent right after a stop must not overtake it
     v1::StopRequest request;
     request.set_reason("a test\nwith two lines");
-    v1::StopResponse stopped;
-    ASSERT_TRUE(service.safety->Stop(call_context().get(), request, &stopped).ok());
+    const v1::StopResponse stopped = answer_of(*service.safety, &v1::SafetyService::Stub::Stop, request);
     EXPECT_EQ(stopped.guard_state(), v1::GUARD_STATE_LATCHED);
     EXPECT_EQ(stopped.guard_fault(), v1::GUARD_FAULT_STOPPED);
     if (round == 0) {
@@ -20,8 +18,7 @@ TEST(ServiceSafety, StopLatchesAndClearResumes) {
           service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
       EXPECT_EQ(latched.guard_fault(), v1::GUARD_FAULT_STOPPED);
     }
-    v1::ClearResponse cleared;
-    ASSERT_TRUE(ok(service.safety->Clear(call_context().get(), {}, &cleared)));
+    const v1::ClearResponse cleared = answer_of(*service.safety, &v1::SafetyService::Stub::Clear);
     EXPECT_EQ(cleared.cleared_fault(), v1::GUARD_FAULT_STOPPED);
     EXPECT_EQ(cleared.guard_state(), v1::GUARD_STATE_RESUMING);
     const v1::RigState state =
@@ -29,15 +26,13 @@ TEST(ServiceSafety, StopLatchesAndClearResumes) {
     EXPECT_NE(state.guard_state(), v1::GUARD_STATE_LATCHED) << "round " << round;
   }
   service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_RENDERING; });
-  v1::ClearResponse nothing;
-  ASSERT_TRUE(service.safety->Clear(call_context().get(), {}, &nothing).ok());
+  const v1::ClearResponse nothing = answer_of(*service.safety, &v1::SafetyService::Stub::Clear);
   EXPECT_EQ(nothing.cleared_fault(), v1::GUARD_FAULT_NONE);
   EXPECT_EQ(nothing.guard_state(), v1::GUARD_STATE_RENDERING);
 }
 
 TEST(ServiceSafety, NoForceReachesTheDeviceWhileStopped) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   service.press(2.0);
   v1::SubscribeRequest request;
   request.add_groups(v1::FIELD_GROUP_GUARD);

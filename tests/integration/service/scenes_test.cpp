@@ -30,8 +30,7 @@ TEST(ServiceScenes, LoadExplainListUnload) {
   EXPECT_EQ(service.await([&](const v1::RigState& s) { return s.tick() >= loaded.effective_tick(); }).scene(),
             "tap_1d");
 
-  v1::ListScenesResponse scenes;
-  ASSERT_TRUE(service.scene->ListScenes(call_context().get(), {}, &scenes).ok());
+  const v1::ListScenesResponse scenes = answer_of(*service.scene, &v1::SceneService::Stub::ListScenes);
   ASSERT_EQ(scenes.scenes_size(), 9);
   for (const v1::SceneSummary& scene : scenes.scenes()) {
     EXPECT_EQ(scene.loaded(), scene.name() == "tap_1d") << scene.name();
@@ -40,14 +39,12 @@ TEST(ServiceScenes, LoadExplainListUnload) {
   // The resolved text is a scene by itself and means the same.
   v1::ExplainSceneRequest request;
   request.set_toml(loaded.outline().resolved_toml());
-  v1::SceneOutline outline;
-  ASSERT_TRUE(ok(service.scene->ExplainScene(call_context().get(), request, &outline)));
+  v1::SceneOutline outline = answer_of(*service.scene, &v1::SceneService::Stub::ExplainScene, request);
   EXPECT_TRUE(outline.has_cost()) << "only reported where nothing waits for it";
   outline.clear_cost();
   EXPECT_EQ(outline.SerializeAsString(), loaded.outline().SerializeAsString());
 
-  v1::UnloadSceneResponse unloaded;
-  ASSERT_TRUE(service.scene->UnloadScene(call_context().get(), {}, &unloaded).ok());
+  v1::UnloadSceneResponse unloaded = answer_of(*service.scene, &v1::SceneService::Stub::UnloadScene);
   EXPECT_GT(unloaded.effective_tick(), loaded.effective_tick());
   const v1::RigState idle =
       service.await([&](const v1::RigState& s) { return s.tick() >= unloaded.effective_tick(); });
@@ -81,13 +78,11 @@ TEST(ServiceScenes, ARequestWithoutASceneIsRefused) {
 }
 
 TEST(ServiceScenes, ARefusedSceneLeavesTheLoadedOneInPlace) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("wall").ok());
+  const RunningService service(config_with_scene("wall"));
   expect_refused(service.load_toml("name = \"wild\"\n[control]\nproportional_gain = 3.9\n"),
                  grpc::StatusCode::INVALID_ARGUMENT, "scene 'wild'");
-  const grpc::Status model = service.load_toml("name = \"model\"\nobject_model = \"sponge\"\n");
-  EXPECT_EQ(model.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << model.error_message();
-  EXPECT_EQ(detail_of(model).what(), "the scene has no use for a model");
+  expect_refused_saying(service.load_toml("name = \"model\"\nobject_model = \"sponge\"\n"),
+                        grpc::StatusCode::FAILED_PRECONDITION, "the scene has no use for a model");
   EXPECT_EQ(service.state().scene(), "wall");
 }
 

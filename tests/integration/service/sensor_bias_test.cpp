@@ -78,9 +78,7 @@ TEST_F(SensorBiasTest, IsNotTakenForACallerThatWentAwayMeanwhile) {
 }
 
 TEST_F(SensorBiasTest, IsNotTakenAfterTheCallersDeadline) {
-  Caller caller;
-  caller.deadline = Caller::Clock::now();
-  EXPECT_EQ(refused(caller).kind, RefusalKind::kDeadlineExceeded);
+  EXPECT_EQ(refused({.deadline = Caller::Clock::now()}).kind, RefusalKind::kDeadlineExceeded);
 }
 
 TEST_F(SensorBiasTest, IsNotTakenOnceAnIdentificationHasBegunMeanwhile) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "tests/integration/error_detail.h"
@@ -15,8 +14,7 @@ namespace {
 
 TEST(ServiceSimulation, TellsWhatIsThere) {
   const RunningService service;
-  v1::SimulationInfo info;
-  ASSERT_TRUE(service.simulation->GetSimulation(call_context().get(), {}, &info).ok());
+  const v1::SimulationInfo info = answer_of(*service.simulation, &v1::SimulationService::Stub::GetSimulation);
   EXPECT_EQ(info.device(), "phantom_1_0");
   EXPECT_EQ(info.object(), "sponge_block");
   EXPECT_NEAR(info.object_stiffness_n_per_mm(), 0.38, 1e-9);
@@ -27,8 +25,8 @@ TEST(ServiceSimulation, ExchangesTheObject) {
   const RunningService service;
   v1::SetObjectRequest request;
   request.set_name("rubber_ball");
-  v1::SetObjectResponse response;
-  ASSERT_TRUE(service.simulation->SetObject(call_context().get(), request, &response).ok());
+  v1::SetObjectResponse response =
+      answer_of(*service.simulation, &v1::SimulationService::Stub::SetObject, request);
   EXPECT_EQ(response.simulation().object(), "rubber_ball");
   request.set_name("ruber_ball");
   const grpc::Status status = service.simulation->SetObject(call_context().get(), request, &response);
@@ -37,8 +35,7 @@ TEST(ServiceSimulation, ExchangesTheObject) {
 }
 
 TEST(ServiceSimulation, AHandPressesTheObject) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   const v1::RigState pressed =
       service.press(2.0, [](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
   EXPECT_GT(pressed.displacement_mm(), 0.0);

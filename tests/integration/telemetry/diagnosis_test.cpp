@@ -19,6 +19,7 @@
 #include "server/diagnosis/force_watch.h"
 #include "server/diagnosis/machine_findings.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/texts.h"
 
 namespace hapticd::server {
 namespace {
@@ -48,8 +49,7 @@ class Machine {
 };
 
 rt::LoopConfig loop_on(int cpu) {
-  rt::LoopConfig loop;
-  loop.cpu = cpu;
+  rt::LoopConfig loop{.cpu = cpu};
   return loop;
 }
 
@@ -58,15 +58,14 @@ TEST(Doctor, KnowsARealTimeKernel) {
   EXPECT_EQ(Machine().file("proc/version", "Linux 6.1 #1 SMP PREEMPT_RT").find("kernel", {}).severity, kGood);
   const Finding ordinary = Machine().file("proc/version", "Linux 6.1 #1 SMP").find("kernel", {});
   EXPECT_EQ(ordinary.severity, kWarning);
-  EXPECT_NE(ordinary.remedy.find("linux-image-rt"), std::string::npos);
+  EXPECT_TRUE(test::holds(ordinary.remedy, "linux-image-rt"));
 }
 
 TEST(Doctor, WantsTheLoopOnAnIsolatedCpu) {
   Machine machine;
   EXPECT_EQ(machine.find("CPU", loop_on(1)).severity, kWarning);
-  EXPECT_NE(machine.find("CPU", loop_on(1)).text.find("the loop has CPU 1, which is not isolated"),
-            std::string::npos);
-  EXPECT_NE(machine.find("CPU", loop_on(-1)).text.find("shares its core"), std::string::npos);
+  EXPECT_TRUE(test::holds(machine.find("CPU", loop_on(1)).text, "the loop has CPU 1, which is not isolated"));
+  EXPECT_TRUE(test::holds(machine.find("CPU", loop_on(-1)).text, "shares its core"));
   machine.file("sys/devices/system/cpu/isolated", "2-3,6");
   EXPECT_EQ(machine.find("CPU", loop_on(3)).severity, kGood);
   EXPECT_EQ(machine.find("CPU", loop_on(6)).severity, kGood);
@@ -87,7 +86,7 @@ TEST(Doctor, WantsTheGovernorPerformance) {
   machine.file("sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave");
   const Finding mixed = machine.find("CPU", {}, 1);
   EXPECT_EQ(mixed.severity, kWarning);
-  EXPECT_NE(mixed.text.find("powersave"), std::string::npos);
+  EXPECT_TRUE(test::holds(mixed.text, "powersave"));
 }
 
 TEST(Doctor, LooksAtMemoryAndClock) {
@@ -103,9 +102,7 @@ TEST(Doctor, LooksAtMemoryAndClock) {
 }
 
 TEST(Doctor, GivesEveryWarningARemedy) {
-  rt::LoopConfig loop;
-  loop.fifo_priority = 0;
-  loop.lock_memory = false;
+  rt::LoopConfig loop{.fifo_priority = 0, .lock_memory = false};
   for (const Finding& finding : examine_machine(loop, "/nowhere")) {
     if (finding.severity >= kWarning) {
       EXPECT_FALSE(finding.remedy.empty()) << finding.text;
@@ -114,14 +111,13 @@ TEST(Doctor, GivesEveryWarningARemedy) {
 }
 
 TEST(Doctor, LooksAtTheThreadThatTicks) {
-  rt::LoopConfig loop;
-  loop.fifo_priority = 0;
+  rt::LoopConfig loop{.fifo_priority = 0};
   const pid_t here = gettid();
   EXPECT_EQ(examine_ticking_thread(0, loop).severity, kNote);
   EXPECT_EQ(examine_ticking_thread(here, loop).severity, kGood) << examine_ticking_thread(here, loop).text;
   loop.fifo_priority = 80;  // of which this thread has nothing
   EXPECT_EQ(examine_ticking_thread(here, loop).severity, kWarning);
-  EXPECT_NE(examine_ticking_thread(here, loop).text.find("[loop] asks for priority 80"), std::string::npos);
+  EXPECT_TRUE(test::holds(examine_ticking_thread(here, loop).text, "[loop] asks for priority 80"));
   EXPECT_FALSE(examine_ticking_thread(here, loop).remedy.empty());
   loop.fifo_priority = 0;
   loop.cpu = 4095;  // it runs on others
@@ -138,7 +134,7 @@ TEST(Doctor, SaysHowAPartFares) {
   EXPECT_EQ(examine_part(report).back().severity, kProblem);
   report.state = hal::PartState::kConnecting;
   EXPECT_EQ(examine_part(report).front().severity, kProblem);
-  EXPECT_NE(examine_part(report).front().text.find("10.0.0.2"), std::string::npos);
+  EXPECT_TRUE(test::holds(examine_part(report).front().text, "10.0.0.2"));
   report.state = hal::PartState::kIdle;
   EXPECT_EQ(examine_part(report).front().severity, kNote);
 }
@@ -152,8 +148,8 @@ TEST(Doctor, NamesTheFaultThatTheGuardIsLatchedBy) {
   const Findings found = examine_guard(record, {});
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].severity, kProblem);
-  EXPECT_NE(found[0].text.find("latched, sensor_stale"), std::string::npos) << found[0].text;
-  EXPECT_NE(found[0].remedy.find("then hapticctl clear"), std::string::npos) << found[0].remedy;
+  EXPECT_TRUE(test::holds(found[0].text, "latched, sensor_stale"));
+  EXPECT_TRUE(test::holds(found[0].remedy, "then hapticctl clear"));
 }
 
 TEST(Doctor, NamesTheDevicesLastFaultAndDoesNotSendToItself) {
@@ -211,10 +207,7 @@ class Bench {
     return watch(0.5);
   }
   void press() {
-    sim::HandProgram press;
-    press.kind = sim::HandProgram::Kind::kPress;
-    press.force_n = 2.0;
-    press.hold_s = -1.0;
+    sim::HandProgram press{.kind = sim::HandProgram::Kind::kPress, .force_n = 2.0, .hold_s = -1.0};
     EXPECT_FALSE(rig_->set_program(press).has_value());
   }
 
@@ -235,7 +228,7 @@ TEST(DoctorOfForce, IsContentWithAForceAlongThePressAxis) {
   const Findings found = Bench().watch_pressed();
   ASSERT_EQ(found.size(), 1U) << found.front().text;
   EXPECT_EQ(found.front().severity, kGood) << found.front().text;
-  EXPECT_NE(found.front().text.find("follows the press axis"), std::string::npos) << found.front().text;
+  EXPECT_TRUE(test::holds(found.front().text, "follows the press axis"));
 }
 
 TEST(DoctorOfForce, FindsASensorWhoseAxesAreTurned) {
@@ -250,11 +243,10 @@ TEST(DoctorOfForce, FindsASensorWhoseAxesAreTurned) {
     ASSERT_FALSE(found.empty());
     const Finding& finding = found.back();
     EXPECT_EQ(finding.severity, kProblem) << finding.text;
-    EXPECT_NE(finding.text.find("does not follow the press axis (0.00, 0.00, -1.00)"), std::string::npos)
-        << finding.text;
-    EXPECT_NE(finding.text.find(turned.direction), std::string::npos) << finding.text;
-    EXPECT_NE(finding.text.find(turned.verdict), std::string::npos) << finding.text;
-    EXPECT_NE(finding.remedy.find("rig file"), std::string::npos);
+    EXPECT_TRUE(test::holds(finding.text, "does not follow the press axis (0.00, 0.00, -1.00)"));
+    EXPECT_TRUE(test::holds(finding.text, turned.direction));
+    EXPECT_TRUE(test::holds(finding.text, turned.verdict));
+    EXPECT_TRUE(test::holds(finding.remedy, "rig file"));
   }
 }
 
@@ -267,7 +259,7 @@ TEST(DoctorOfForce, SaysHowToCheckWhereNothingIsPressed) {
   const Findings found = Bench(turned_by(90.0)).watch(0.5);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found.front().severity, kNote);
-  EXPECT_NE(found.front().remedy.find("until the sensor reads more than 0.5 N"), std::string::npos);
+  EXPECT_TRUE(test::holds(found.front().remedy, "until the sensor reads more than 0.5 N"));
 }
 
 TEST(DoctorOfForce, DoesNotTakeTheLoadOfAnUnbiasedSensorForAPress) {
@@ -277,8 +269,8 @@ TEST(DoctorOfForce, DoesNotTakeTheLoadOfAnUnbiasedSensorForAPress) {
   });
   ASSERT_EQ(found.size(), 1U) << found.back().text;
   EXPECT_EQ(found.front().severity, kWarning);
-  EXPECT_NE(found.front().text.find("never biased"), std::string::npos);
-  EXPECT_NE(found.front().remedy.find("hapticctl sensor bias"), std::string::npos);
+  EXPECT_TRUE(test::holds(found.front().text, "never biased"));
+  EXPECT_TRUE(test::holds(found.front().remedy, "hapticctl sensor bias"));
 }
 
 TEST(DoctorOfForce, TellsOfAZeroThatHasMovedFar) {
@@ -290,9 +282,7 @@ TEST(DoctorOfForce, TellsOfAZeroThatHasMovedFar) {
   };
   const Findings warned = far(rt::GuardFault::kSensorZeroFar);
   EXPECT_EQ(warned.front().severity, kWarning);
-  EXPECT_NE(warned.front().text.find("0.150 N since the bias; it is followed up to 0.25 N"),
-            std::string::npos)
-      << warned.front().text;
+  EXPECT_TRUE(test::holds(warned.front().text, "0.150 N since the bias; it is followed up to 0.25 N"));
   EXPECT_EQ(far(rt::GuardFault::kSensorZeroLost).front().severity, kProblem);
 }
 
@@ -302,8 +292,8 @@ TEST(DoctorOfForce, TellsOfContactsThatWereTakenBack) {
     record.withdrawn_count = 3;
   });
   EXPECT_EQ(found.front().severity, kNote);
-  EXPECT_NE(found.front().text.find("3 of 5 contacts"), std::string::npos) << found.front().text;
-  EXPECT_NE(found.front().remedy.find("tool's mass"), std::string::npos);
+  EXPECT_TRUE(test::holds(found.front().text, "3 of 5 contacts"));
+  EXPECT_TRUE(test::holds(found.front().remedy, "tool's mass"));
 }
 
 TEST(DoctorOfForce, FindsThatNoForceReachesTheScene) {

@@ -54,8 +54,7 @@ TEST(Metrics, ShowTheLoopTheGuardAndTheSubscribers) {
   EXPECT_LT(text.size(), 20'000U);
   EXPECT_EQ(http_get(port, "/").find("hapticd_loop"), std::string::npos);
 
-  v1::StopResponse stopped;
-  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  const v1::StopResponse stopped = answer_of(*service.safety, &v1::SafetyService::Stub::Stop);
   service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
   const std::string after = http_get(port, "/metrics");
   EXPECT_EQ(metric_in(after, "hapticd_guard_latched"), 1.0);
@@ -198,11 +197,9 @@ TEST(Metrics, PromtoolFindsNothingWrong) {
   std::ofstream(file) << answer.substr(answer.find("\r\n\r\n") + 4);
   const std::string command = "promtool check metrics < " + file + " > " + file + ".said 2>&1";
   const int status = std::system(command.c_str());
-  std::ifstream said(file + ".said");
-  std::ostringstream all;
-  all << said.rdbuf();
-  EXPECT_EQ(status, 0) << all.str();
-  EXPECT_EQ(all.str(), "");
+  const std::string said = file_text(file + ".said");
+  EXPECT_EQ(status, 0) << said;
+  EXPECT_EQ(said, "");
 }
 
 }  // namespace

@@ -24,13 +24,26 @@ using google::protobuf::Message;
 rt::TickRecord record_of(std::uint64_t tick, std::uint32_t channels) {
   rt::TickRecord r;
   double next = 1.5 + 100.0 * static_cast<double>(tick);
-  for (hal::Vector3* v :
-       {&r.tip_position_mm, &r.sensor_force_n, &r.sensor_torque_n_mm, &r.zero.force_n, &r.zero.torque_n_mm,
-        &r.jump_n, &r.last_jump_n,
-        &r.device_command_n, &r.normal, &r.reaction_n, &r.friction_force_n, &r.inclusion_position_mm,
-        &r.inclusion_force_n, &r.friction_added_n, &r.truth.tip_position_mm, &r.truth.hand_force_n,
-        &r.truth.reaction_force_n, &r.truth.device_force_n, &r.truth.outward_normal,
-        &r.truth.undeformed_contact_mm}) {
+  for (hal::Vector3* v : {&r.tip_position_mm,
+                          &r.sensor_force_n,
+                          &r.sensor_torque_n_mm,
+                          &r.zero.force_n,
+                          &r.zero.torque_n_mm,
+                          &r.jump_n,
+                          &r.last_jump_n,
+                          &r.device_command_n,
+                          &r.normal,
+                          &r.reaction_n,
+                          &r.friction_force_n,
+                          &r.inclusion_position_mm,
+                          &r.inclusion_force_n,
+                          &r.friction_added_n,
+                          &r.truth.tip_position_mm,
+                          &r.truth.hand_force_n,
+                          &r.truth.reaction_force_n,
+                          &r.truth.device_force_n,
+                          &r.truth.outward_normal,
+                          &r.truth.undeformed_contact_mm}) {
     *v = {next, next + 0.25, next + 0.5};
     next += 1.0;
   }
@@ -200,8 +213,7 @@ TEST(TelemetryBlock, DescribesItsColumnsOnceAndMarksAbsentGroups) {
 }
 
 TEST(TelemetryBlock, StreamsFromADaemon) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   v1::SubscribeRequest request;
   request.add_groups(v1::FIELD_GROUP_SAMPLE);
   request.add_groups(v1::FIELD_GROUP_CONTACT);

@@ -55,8 +55,7 @@ class Reader {
 };
 
 TEST(ServiceTelemetry, CarriesEveryTickInOrder) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   Reader reader(service.address(), {});
   while (reader.samples() < 1000) ASSERT_TRUE(reader.read());
   EXPECT_EQ(reader.missing(), 0U);
@@ -98,8 +97,7 @@ TEST(ServiceTelemetry, DecimatesAndCarriesOnlyWhatExists) {
 }
 
 TEST(ServiceTelemetry, AGroupThatTheSceneHasNotIsAskedForInVain) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   v1::SubscribeRequest request;
   request.add_groups(v1::FIELD_GROUP_FUSION);
   request.add_groups(v1::FIELD_GROUP_CONTACT);
@@ -145,8 +143,7 @@ TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
 }
 
 TEST(ServiceTelemetry, AStalledSubscriberLosesOnlyItsOwnAndIsReportedHowMany) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   v1::SubscribeRequest small;
   small.set_queue_samples(100);
   small.set_batch_size(50);
@@ -174,8 +171,7 @@ TEST(ServiceTelemetry, AStalledSubscriberLosesOnlyItsOwnAndIsReportedHowMany) {
 }
 
 TEST(ServiceTelemetry, AKilledSubscriberIsForgottenAndNoOneElseNotices) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   Reader reading(service.address(), {});
   ASSERT_TRUE(reading.read());
   ChildProcess killed(subscriber_binary(), {service.address()});
@@ -191,8 +187,7 @@ TEST(ServiceTelemetry, AKilledSubscriberIsForgottenAndNoOneElseNotices) {
 }
 
 TEST(ServiceTelemetry, ManySubscribersComeAndGo) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   Reader constant(service.address(), {});
   for (int round = 0; round < 5; ++round) {
     std::vector<std::unique_ptr<Reader>> crowd;

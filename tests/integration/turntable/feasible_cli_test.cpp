@@ -17,21 +17,18 @@ int feasible(const RunningService& service, const std::string& wait_s, std::stri
 }
 
 TEST(HapticctlFeasible, WaitsForTheNextContact) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   v1::SetHandProgramRequest press;
   press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
   press.mutable_program()->set_force_n(2.0);
   press.mutable_program()->set_hold_s(30.0);
-  v1::SetHandProgramResponse begun;
-  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &begun).ok());
+  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
   std::string errors;
   EXPECT_EQ(feasible(service, "60", &errors), 0) << errors;
 }
 
 TEST(HapticctlFeasible, WithoutOneSaysWhatIsMissing) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   std::string errors;
   EXPECT_EQ(feasible(service, "0.2", &errors), static_cast<int>(cli::ExitCode::kRefused));
   EXPECT_NE(errors.find("not in contact"), std::string::npos) << errors;
@@ -46,8 +43,7 @@ TEST(HapticctlFeasible, WaitsForNothingElse) {
 }
 
 TEST(HapticctlFeasible, SaysThatNothingIsAndWhy) {
-  const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  const RunningService service(config_with_scene("tap_1d"));
   ChildProcess child(HAPTICCTL_BINARY, {"--server", service.address(), "feasible", "--hand-force", "4",
                                         "--object-stiffness", "380"});
   EXPECT_EQ(child.wait(), 0) << child.errors();

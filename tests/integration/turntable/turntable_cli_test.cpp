@@ -20,12 +20,6 @@ server::DaemonConfig homed_table() {
   return config;
 }
 
-struct Ran {
-  int code = 0;
-  std::string output;
-  std::string errors;
-};
-
 class HapticctlTurntable : public testing::Test {
  protected:
   std::vector<std::string> line(std::vector<std::string> words) const {
@@ -33,12 +27,7 @@ class HapticctlTurntable : public testing::Test {
     return words;
   }
   Ran run(const std::vector<std::string>& words) const {
-    ChildProcess child(HAPTICCTL_BINARY, line(words));
-    Ran ran;
-    ran.code = child.wait();
-    ran.output = child.output();
-    ran.errors = child.errors();
-    return ran;
+    return run_to_the_end(HAPTICCTL_BINARY, line(words));
   }
   RunningService service{homed_table()};
 };

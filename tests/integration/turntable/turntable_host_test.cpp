@@ -16,6 +16,7 @@
 #include "server/telemetry/telemetry_hub.h"
 #include "tests/emulators/modbus/emulated_drive.h"
 #include "tests/support/quiet_loop.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -34,8 +35,7 @@ class AHost : public testing::Test {
   }
 
   static std::unique_ptr<hal::Rig> rig() {
-    sim::SimulationConfig config;
-    config.real_time = true;
+    sim::SimulationConfig config{.real_time = true};
     return std::move(*sim::SimulatedRig::create(config));
   }
   static InterlockConfig patient() {
@@ -105,15 +105,13 @@ TEST_F(AHost, RequiresAStationOnlyWhenAskedAndOpensThePortThen) {
 }
 
 TEST_F(AHost, AnAngleBeyondItsRangeIsNotOneThatIsNotFinite) {
-  const auto beyond = move(1e6);
-  ASSERT_FALSE(beyond);
-  EXPECT_EQ(beyond.refusal().kind, RefusalKind::kOutOfRange);
-  EXPECT_EQ(beyond.refusal().error.code, hal::ErrorCode::kOutOfRange);
+  const auto beyond = hapticd::test::refusal_of(move(1e6));
+  EXPECT_EQ(beyond.kind, RefusalKind::kOutOfRange);
+  EXPECT_EQ(beyond.error.code, hal::ErrorCode::kOutOfRange);
   for (const double angle_deg : {std::nan(""), HUGE_VAL}) {
-    const auto refused = move(angle_deg);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.refusal().kind, RefusalKind::kInvalidArgument);
-    EXPECT_EQ(refused.refusal().error.code, hal::ErrorCode::kNotFinite);
+    const auto refused = hapticd::test::refusal_of(move(angle_deg));
+    EXPECT_EQ(refused.kind, RefusalKind::kInvalidArgument);
+    EXPECT_EQ(refused.error.code, hal::ErrorCode::kNotFinite);
   }
 }
 
@@ -125,17 +123,14 @@ TEST_F(AHost, AStationIsNotBelievedWithoutAFreshPosition) {
          std::chrono::steady_clock::now() < until) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  const auto refusal = host.require_station("sponge");
-  ASSERT_TRUE(refusal);
-  EXPECT_NE(refusal->error.value.find("lost"), std::string::npos);
+  const auto refusal = hapticd::test::error_of(host.require_station("sponge"));
+  EXPECT_NE(refusal.error.value.find("lost"), std::string::npos);
 }
 
 TEST_F(AHost, TellsFaultsOfMotions) {
   ASSERT_TRUE(home());
   drive.hold(true);
-  const auto stalled = move(20.0);
-  ASSERT_FALSE(stalled);
-  EXPECT_EQ(stalled.refusal().kind, RefusalKind::kAborted);
+  EXPECT_EQ(hapticd::test::refusal_of(move(20.0)).kind, RefusalKind::kAborted);
   EXPECT_EQ(reported_faults(), rt::set_of(rt::GuardFault::kTurntableStalled));
   EXPECT_EQ(reported_faults(), rt::set_of(rt::GuardFault::kTurntableStalled)) << "for as long as it lasts";
   drive.hold(false);
@@ -173,19 +168,17 @@ TEST_F(AHost, ATableLostOnTheWayTakesTheForceUntilItIsSeenTo) {
 
 TEST_F(AHost, ADriveThatIsNotThereIsUnavailable) {
   drive.set_faults({.refuse_connections = true});
-  const auto refused = home();
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().kind, RefusalKind::kUnavailable);
+  EXPECT_EQ(hapticd::test::refusal_of(home()).kind, RefusalKind::kUnavailable);
   EXPECT_FALSE(scenes.reserved());
 }
 
 TEST_F(AHost, WhoeverLosesInterestStopsTheTable) {
   ASSERT_TRUE(home());
   int reported = 0;
-  const auto left = host.move_to({170.0, ""}, {20.0, 0.0}, Caller{},
-                                 [&reported](const hal::TurntableStatus&) { return ++reported < 3; });
-  ASSERT_FALSE(left);
-  EXPECT_EQ(left.refusal().kind, RefusalKind::kCancelled);
+  const auto left = hapticd::test::refusal_of(
+      host.move_to({170.0, ""}, {20.0, 0.0}, Caller{},
+                   [&reported](const hal::TurntableStatus&) { return ++reported < 3; }));
+  EXPECT_EQ(left.kind, RefusalKind::kCancelled);
   EXPECT_FALSE(drive.motor().moving());
   EXPECT_FALSE(scenes.reserved());
   EXPECT_EQ(reported_faults(), 0U);

@@ -38,11 +38,7 @@ class ServiceTurntable : public testing::Test {
  protected:
   ServiceTurntable() : service(slow_table()), table(v1::TurntableService::NewStub(service.channel)) {}
 
-  v1::Turntable get() const {
-    v1::Turntable response;
-    EXPECT_TRUE(ok(table->GetTurntable(call_context().get(), {}, &response)));
-    return response;
-  }
+  v1::Turntable get() const { return answer_of(*table, &v1::TurntableService::Stub::GetTurntable); }
   /// A motion to its end: its status, and how often it was informed of.
   grpc::Status home() const {
     auto context = call_context();
@@ -94,8 +90,8 @@ class ServiceTurntable : public testing::Test {
     return now;
   }
   std::string object() const {
-    v1::SimulationInfo info;
-    EXPECT_TRUE(service.simulation->GetSimulation(call_context().get(), {}, &info).ok());
+    const v1::SimulationInfo info =
+        answer_of(*service.simulation, &v1::SimulationService::Stub::GetSimulation);
     return info.object();
   }
 
@@ -170,11 +166,8 @@ TEST_F(ServiceTurntable, ADeadlineThatPassesStopsTheTable) {
 TEST_F(ServiceTurntable, AnyoneMayStopIt) {
   ASSERT_EQ(home().error_message(), "");
   Motion motion = set_off();
-  v1::TurntableStatus unused;
-  ASSERT_TRUE(table->StopTurntable(call_context().get(), {}, &unused).ok());
-  const grpc::Status status = motion.finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED);
-  EXPECT_EQ(detail_of(status).what(), "the motion was stopped");
+  answer_of(*table, &v1::TurntableService::Stub::StopTurntable);
+  expect_refused_saying(motion.finish(), grpc::StatusCode::ABORTED, "the motion was stopped");
   EXPECT_EQ(motion.last.motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
   ASSERT_TRUE(move(to_angle(0.0)).ok());  // and may be turned again
 }
@@ -183,9 +176,8 @@ TEST_F(ServiceTurntable, WhileItTurnsScenesTargetsAndObjectsAreRefused) {
   ASSERT_EQ(home().error_message(), "");
   ASSERT_TRUE(service.load("tap_1d").ok());
   Motion motion = set_off();
-  const grpc::Status loaded = service.load("wall");
-  EXPECT_EQ(loaded.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(loaded).what(), "the turntable's motion is under way");
+  expect_refused_saying(service.load("wall"), grpc::StatusCode::FAILED_PRECONDITION,
+                        "the turntable's motion is under way");
   v1::SetTargetRequest target;
   target.set_stiffness_n_per_mm(0.5);
   EXPECT_EQ(service.set_target(target).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
@@ -225,17 +217,15 @@ TEST_F(ServiceTurntable, DoesNotTurnUnderLoadEvenWithoutAScene) {
   press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
   press.mutable_program()->set_force_n(3.0);
   press.mutable_program()->set_hold_s(-1.0);
-  v1::SetHandProgramResponse unused;
-  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &unused).ok());
+  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
   const auto until = std::chrono::steady_clock::now() + kTimeout;
   // A first touch may bounce: until it is pressed for a while.
   for (int in_a_row = 0; in_a_row < 100 && std::chrono::steady_clock::now() < until;) {
     in_a_row = get().has_interlock() ? in_a_row + 1 : 0;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  const grpc::Status refused = move(to_station("rubber"));
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(refused).what(), "the tool is under load");
+  expect_refused_saying(move(to_station("rubber")), grpc::StatusCode::FAILED_PRECONDITION,
+                        "the tool is under load");
 }
 
 TEST_F(ServiceTurntable, DoesNotTurnWhileTheGuardIsLatched) {
@@ -254,8 +244,7 @@ TEST_F(ServiceTurntable, ContactOnTheWayStopsItAtOnce) {
   press.mutable_program()->set_force_n(2.0);
   press.mutable_program()->set_approach_mm_per_s(4.0);
   press.mutable_program()->set_hold_s(-1.0);
-  v1::SetHandProgramResponse unused;
-  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &unused).ok());
+  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
   v1::TurntableStatus last;
   const grpc::Status status = move(to_angle(170.0, 5.0), &last);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED) << status.error_message();
@@ -272,8 +261,7 @@ TEST_F(ServiceTurntable, ContactOnTheWayStopsItAtOnce) {
 }
 
 TEST_F(ServiceTurntable, IsLetGoAndEngagedAgain) {
-  v1::TurntableStatus status;
-  ASSERT_TRUE(table->Engage(call_context().get(), {}, &status).ok());
+  v1::TurntableStatus status = answer_of(*table, &v1::TurntableService::Stub::Engage);
   EXPECT_EQ(status.state(), v1::TURNTABLE_STATE_NOT_HOMED);
   ASSERT_TRUE(table->Disengage(call_context().get(), {}, &status).ok());
   EXPECT_EQ(status.state(), v1::TURNTABLE_STATE_IDLE);
