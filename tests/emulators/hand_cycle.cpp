@@ -12,10 +12,7 @@ std::vector<std::string> hand_programs() {
 }
 
 sim::HandProgram single_motion(const HandTask& task) {
-  sim::HandProgram program;
-  program.repetitions = -1;
-  program.force_n = task.force_n;
-  program.hold_s = task.hold_s;
+  sim::HandProgram program{.force_n = task.force_n, .hold_s = task.hold_s, .repetitions = -1};
   if (task.program == "press") program.kind = sim::HandProgram::Kind::kPress;
   if (task.program == "tap") program.kind = sim::HandProgram::Kind::kTap;
   if (task.program == "follow") program.kind = sim::HandProgram::Kind::kFollow;

@@ -56,8 +56,7 @@ constexpr const char* kPage = "page:";
 
 /// What the participant's page of an experiment asks for: touches once, else goes along with the device.
 sim::HandProgram motion_at_page(const std::string& words, unsigned tries) {
-  sim::HandProgram hand;
-  hand.kind = Kind::kFollow;
+  sim::HandProgram hand{.kind = Kind::kFollow};
   if (tries > 0) return hand;
   if (says(words, "Press straight down")) {
     hand.kind = Kind::kPress;
@@ -79,9 +78,7 @@ sim::HandProgram motion_at_page(const std::string& words, unsigned tries) {
 
 sim::HandProgram motion_for(const std::string& words, unsigned tries) {
   const std::array<double, 4> numbers = numbers_in(words);
-  sim::HandProgram hand;
-  hand.travel_s = 0.7;
-  hand.approach_mm_per_s = 40.0;
+  sim::HandProgram hand{.approach_mm_per_s = 40.0, .travel_s = 0.7};
   const auto press = [&hand](double force_n, double over_s, double hold_s) {
     hand.kind = Kind::kPress;
     hand.force_n = force_n;

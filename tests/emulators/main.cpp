@@ -292,8 +292,7 @@ int run(const Options& options) {
   if (device_on_board || sensor_on_board || options.instrument_mm_per_v > 0.0) {
     if (*COMEDI_STAND_IN == 0)
       throw std::runtime_error("built without libcomedi: there is no board to emulate");
-    emulators::ArmDescription arm;
-    arm.shoulder_mm = kShoulderMm;
+    emulators::ArmDescription arm{.shoulder_mm = kShoulderMm};
     board = std::make_unique<emulators::BoardWorld>(
         options.page.empty() ? folder.path("board") : page_path + ".board", arm, options.instrument_mm_per_v);
   }

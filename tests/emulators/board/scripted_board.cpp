@@ -72,8 +72,7 @@ void ScriptedBoard::feed(const hal::Vector3& force_n, const hal::Vector3& torque
 }
 
 daq::Scan ScriptedBoard::scan_at(std::int64_t time_ns) {
-  daq::Scan scan;
-  scan.time_ns = time_ns;
+  daq::Scan scan{.time_ns = time_ns};
   const std::array<double, 6> volts = gauges_.volts(force_n_, torque_n_mm_);
   for (std::size_t j = 0; j < 6; ++j) {
     noise_ ^= noise_ << 13U;
@@ -112,10 +111,8 @@ daq::ScanReading ScriptedBoard::take_scans(std::span<daq::Scan> into) noexcept {
   const std::lock_guard lock(mutex_);
   perform_due();
   if (config_.paced) make_due_scans();
-  daq::ScanReading reading;
-  reading.running = open_[0] && !stopped_ && !gone_;
-  reading.overrun = overrun_;
-  reading.newest_ns = newest_ns_;
+  daq::ScanReading reading{
+      .overrun = overrun_, .running = open_[0] && !stopped_ && !gone_, .newest_ns = newest_ns_};
   overrun_ = false;
   while (scans_.size() > into.size()) scans_.pop_front();
   reading.count = scans_.size();

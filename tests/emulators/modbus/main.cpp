@@ -24,8 +24,7 @@ int usage() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  hapticd::test::EmulatedDrive::Options options;
-  options.tcp_port = -1;
+  hapticd::test::EmulatedDrive::Options options{.tcp_port = -1};
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--tcp" && i + 1 < argc) {

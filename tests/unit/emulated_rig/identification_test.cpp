@@ -24,10 +24,7 @@ struct Placed {
 constexpr Placed kUpright{{0.0, 0.0, -1.0}, {1.0, 0.0, 0.0}};
 
 sim::SimulationConfig world(const std::string& device, const std::string& object, const std::string& tip) {
-  sim::SimulationConfig config;
-  config.device = device;
-  config.object = object;
-  config.tip = tip;
+  sim::SimulationConfig config{.device = device, .object = object, .tip = tip};
   return config;
 }
 
@@ -72,8 +69,7 @@ TEST(InAnyDirection, ASpongeIsTheSameOnTheBoard) {
 TEST(OnTheBoard, StructuralStiffnessByAnInstrumentOnIt) {
   RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
   config.instrument_mm_per_v = 25.0;
-  identification::StructuralStiffnessTask task;
-  task.constant = true;
+  identification::StructuralStiffnessTask task{.constant = true};
   const rt::IdentifiedModel model = identified_on_board<identification::StructuralIdentification>(
       config, task, SeenAs::kRaw, kUpright, 240.0);
   EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.1);
@@ -81,8 +77,7 @@ TEST(OnTheBoard, StructuralStiffnessByAnInstrumentOnIt) {
 
 TEST(OnTheBoard, StructuralStiffnessOfARigidContact) {
   const RunConfig config = rig_for_identification(world("phantom_1_0", "wood_plate", "rod"));
-  identification::StructuralStiffnessTask task;
-  task.rigid_contact = true;
+  identification::StructuralStiffnessTask task{.rigid_contact = true};
   const rt::IdentifiedModel model = identified_on_board<identification::StructuralIdentification>(
       config, task, SeenAs::kRaw, kUpright, 240.0);
   EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.35);

@@ -24,11 +24,8 @@ std::vector<Case> representative() {
 }
 
 FaultTimeout patient() {
-  FaultTimeout timeout;
-  timeout.sensor_stale_after_ms = 1000.0;
-  timeout.loop_gap_ms = 0.0;
-  timeout.stall_s = 5.0;
-  timeout.fifo_priority = 0;
+  FaultTimeout timeout{
+      .sensor_stale_after_ms = 1000.0, .loop_gap_ms = 0.0, .stall_s = 5.0, .fifo_priority = 0};
   return timeout;
 }
 
