@@ -79,9 +79,9 @@ TEST(Certificates, CommandsFromElsewhereGoUnderALease) {
     EXPECT_NO_THROW(automatic.set_target(request));
     EXPECT_EQ(anna.lease().lease().holder(), "spiffe://optics/hapticd/operator/anna");
     Client otto = client_of(service, lab.client("otto"), true);
-    const Error error = thrown_by<Error>([&] { otto.set_target(request); });
-    EXPECT_EQ(error.detail().reason(), v1::ERROR_REASON_LEASE_HELD);
-    EXPECT_NE(error.detail().what().find("operator/anna"), std::string::npos);
+    const Error held = thrown_by<Error>([&] { otto.set_target(request); });
+    EXPECT_EQ(held.detail().reason(), v1::ERROR_REASON_LEASE_HELD);
+    EXPECT_NE(held.detail().what().find("operator/anna"), std::string::npos);
   }
   EXPECT_FALSE(anna.lease().has_lease()) << "given back with the client";
 }

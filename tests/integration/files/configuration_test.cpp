@@ -289,9 +289,9 @@ TEST(Configuration, TheCommandLineGoesBeforeTheFile) {
       parse_config("[loop]\nrate_hz = 2000\n[rig.sim]\nobject = \"foam_ball\"\n", "hapticd.toml");
   ASSERT_TRUE(file);
   ConfigOverrides overrides;
+  overrides.rate_hz = 4000.0;
   overrides.rig = "sim:phantom_1_5_high_force";
   overrides.listen = "localhost:0";
-  overrides.rate_hz = 4000.0;
   overrides.log_level = "error";
   const auto config = test::value_of(override_config(*file, overrides));
   EXPECT_EQ(config.loop.rate_hz, 4000.0);
