@@ -379,10 +379,7 @@ struct ScheduledLoop {
     device->calls_of_first_run = calls_of_first_run;
     EXPECT_FALSE(rig.engage(RigPartKind::kDevice));
   }
-  static rt::LoopConfig unprivileged() {
-    rt::LoopConfig config{.fifo_priority = 0, .lock_memory = false};
-    return config;
-  }
+  static rt::LoopConfig unprivileged() { return {.fifo_priority = 0, .lock_memory = false}; }
   static RigParts only(ScheduledDevice* device) {
     RigParts parts;
     parts.device.reset(device);

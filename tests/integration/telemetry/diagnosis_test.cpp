@@ -49,8 +49,7 @@ class Machine {
 };
 
 rt::LoopConfig loop_on(int cpu) {
-  rt::LoopConfig loop{.cpu = cpu};
-  return loop;
+  return {.cpu = cpu};
 }
 
 TEST(Doctor, KnowsARealTimeKernel) {

@@ -29,14 +29,13 @@ RigPose pose_of(const hal::RigSample& sample) {
 
 sim::HandProgram waves(double speed_mm_per_s, double rate_hz, hal::Vector3 place_mm, double tilt_deg,
                        double twist_deg) {
-  sim::HandProgram program{.kind = sim::HandProgram::Kind::kSway,
-                           .speed_mm_per_s = speed_mm_per_s,
-                           .rate_hz = rate_hz,
-                           .hold_s = -1.0,
-                           .place_mm = place_mm,
-                           .tilt_deg = tilt_deg,
-                           .twist_deg = twist_deg};
-  return program;
+  return {.kind = sim::HandProgram::Kind::kSway,
+          .speed_mm_per_s = speed_mm_per_s,
+          .rate_hz = rate_hz,
+          .hold_s = -1.0,
+          .place_mm = place_mm,
+          .tilt_deg = tilt_deg,
+          .twist_deg = twist_deg};
 }
 
 void begin(sim::SimulatedRig& rig, const sim::HandProgram& program) {

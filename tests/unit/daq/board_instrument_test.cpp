@@ -15,8 +15,7 @@ namespace {
 
 /// Two axes: x falls by 1 V in 2 mm, z grows by 1 V in 5 mm.
 BoardInstrumentConfig two_axes() {
-  BoardInstrumentConfig config{.channels = {7.0, -1.0, 6.0}, .mm_per_v = {-2.0, 1.0, 5.0}};
-  return config;
+  return {.channels = {7.0, -1.0, 6.0}, .mm_per_v = {-2.0, 1.0, 5.0}};
 }
 
 std::unique_ptr<BoardInstrument> instrument_on(const std::shared_ptr<Board>& board) {

@@ -24,8 +24,7 @@ struct Placed {
 constexpr Placed kUpright{{0.0, 0.0, -1.0}, {1.0, 0.0, 0.0}};
 
 sim::SimulationConfig world(const std::string& device, const std::string& object, const std::string& tip) {
-  sim::SimulationConfig config{.device = device, .object = object, .tip = tip};
-  return config;
+  return {.device = device, .object = object, .tip = tip};
 }
 
 RunConfig placed(RunConfig config, const Placed& place) {

@@ -35,8 +35,7 @@ hal::RigInfo rig(hal::RigKind kind = hal::RigKind::kHardware, double rate_hz = 1
 }
 
 ContactTask hunt_crossley_task() {
-  ContactTask task{.law = rt::ContactLawKind::kHuntCrossley};
-  return task;
+  return {.law = rt::ContactLawKind::kHuntCrossley};
 }
 
 void feed(Identification& identification, const std::vector<rt::Observation>& observations) {

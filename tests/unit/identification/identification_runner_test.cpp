@@ -33,8 +33,7 @@ std::unique_ptr<hal::Rig> sponge_in_virtual_time() {
 }
 
 Caller patient() {
-  Caller caller{.deadline = Caller::Clock::now() + std::chrono::seconds(60)};
-  return caller;
+  return {.deadline = Caller::Clock::now() + std::chrono::seconds(60)};
 }
 
 class RunnerBench {

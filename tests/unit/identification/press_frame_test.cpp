@@ -180,9 +180,9 @@ TEST(PressFrame, UnfitSamplesLeaveTheZeroAlone) {
   for (int tick = 0; tick < 5000; ++tick) {
     hal::RigSample sample;
     sample.time_ns = std::int64_t{1'000'000} * tick;
-    sample.sensor_force_n = {0.0, 0.0, 0.01};
-    sample.force_count = 1;
     sample.bias_serial = 1;
+    sample.force_count = 1;
+    sample.sensor_force_n = {0.0, 0.0, 0.01};
     if (tick % 2 == 0) sample.status = hal::sample_status::kForceMissing;
     if (tick % 3 == 0) sample.sensor_force_n.x = std::numeric_limits<double>::quiet_NaN();
     frame.follow_zero(sample);

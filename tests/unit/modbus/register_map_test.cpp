@@ -76,24 +76,23 @@ TEST(RegisterMap, RefusesByNameAndLine) {
   using enum hal::ErrorCode;
   expect_refusals(
       {
-          {test::replaced(kSmall, "unit = \"step\"", "unti = \"step\""), "'unti' in [registers.position]",
+          {replaced(kSmall, "unit = \"step\"", "unti = \"step\""), "'unti' in [registers.position]",
            kUnknownKey, 10},
-          {test::replaced(kSmall, "write = \"target\"", "wirte = \"target\""), "a step", kMalformed, 4},
-          {test::replaced(kSmall, "value = 1,", "value = 1, vaule = 2,"), "'vaule' in [start[1]]",
-           kUnknownKey, 4},
-          {test::replaced(kSmall, "position_actual = \"position\"", "position_actual = \"postion\""),
+          {replaced(kSmall, "write = \"target\"", "wirte = \"target\""), "a step", kMalformed, 4},
+          {replaced(kSmall, "value = 1,", "value = 1, vaule = 2,"), "'vaule' in [start[1]]", kUnknownKey, 4},
+          {replaced(kSmall, "position_actual = \"position\"", "position_actual = \"postion\""),
            "no such register", kUnknownWord, 2},
-          {test::replaced(kSmall, "address = 10", "address = 65536"), "'registers.position.address'",
-           kOutOfRange, 8, "0 … 65535"},
+          {replaced(kSmall, "address = 10", "address = 65536"), "'registers.position.address'", kOutOfRange,
+           8, "0 … 65535"},
           {std::string("max_registers_per_read = 1") + kSmall, "'max_registers_per_read'", kOutOfRange, 1,
            "2 … 125"},
-          {test::replaced(kSmall, "address = 10\n", ""), "no address", kMissingKey, 6},
-          {test::replaced(kSmall, "\"s32\"", "\"s64\""), "'registers.position.type'", kUnknownWord, 9,
+          {replaced(kSmall, "address = 10\n", ""), "no address", kMissingKey, 6},
+          {replaced(kSmall, "\"s32\"", "\"s64\""), "'registers.position.type'", kUnknownWord, 9,
            "bit, u16, s16, u32, s32, f32"},
-          {test::replaced(kSmall, "value = 1,", "value = 1, set = 2,"), "a step", kMalformed, 4},
-          {test::replaced(kSmall, "value = 1,", "value = 1.5,"), "a step", kMalformed, 4},
-          {test::replaced(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]"),
-           "register", kMalformed, 15},
+          {replaced(kSmall, "value = 1,", "value = 1, set = 2,"), "a step", kMalformed, 4},
+          {replaced(kSmall, "value = 1,", "value = 1.5,"), "a step", kMalformed, 4},
+          {replaced(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]"), "register",
+           kMalformed, 15},
           {std::string(kSmall) + "[alarms]\nhot = \"x\"", "alarm", kMalformed, 19},
           {"stop = 3", "'stop'", kWrongType, 1},
           {"a = [", "test, line 1", kSyntax},
@@ -105,16 +104,15 @@ TEST(RegisterMap, RefusesWhatNoTableShouldBeTurnedWith) {
   using enum hal::ErrorCode;
   expect_refusals(
       {
-          {test::replaced(kSmall, "always_homed = true", ""), "homed", kMissingKey},
-          {test::replaced(kSmall, "stop = [{ register = \"go\", value = -1 }]", ""), "stop", kMissingKey},
-          {test::replaced(kSmall, "{ register = \"target\", write = \"target\" },", ""), "'start'",
-           kMissingKey},
-          {test::replaced(kSmall, "position_actual = \"position\"", ""), "position_actual", kMissingKey},
-          {test::replaced(kSmall, "unit = \"step\"", "unit = \"motor_rpm\""), "the position", kContradiction},
-          {test::replaced(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\""), "'start'",
+          {replaced(kSmall, "always_homed = true", ""), "homed", kMissingKey},
+          {replaced(kSmall, "stop = [{ register = \"go\", value = -1 }]", ""), "stop", kMissingKey},
+          {replaced(kSmall, "{ register = \"target\", write = \"target\" },", ""), "'start'", kMissingKey},
+          {replaced(kSmall, "position_actual = \"position\"", ""), "position_actual", kMissingKey},
+          {replaced(kSmall, "unit = \"step\"", "unit = \"motor_rpm\""), "the position", kContradiction},
+          {replaced(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\""), "'start'",
            kContradiction},
-          {test::replaced(kSmall, "address = 10", "address = 65535"), "the last address", kOutOfRange},
-          {test::replaced(kSmall, "address = 10", "address = 10\nscale = 0"), "scale", kOutOfRange},
+          {replaced(kSmall, "address = 10", "address = 65535"), "the last address", kOutOfRange},
+          {replaced(kSmall, "address = 10", "address = 10\nscale = 0"), "scale", kOutOfRange},
       },
       parse);
 }
@@ -171,7 +169,7 @@ TEST(RegisterMap, ASwappedFloatThatLooksLikeNothingIsNoPosition) {
 }
 
 TEST(RegisterMap, ConditionsMayBeMasksAndNegated) {
-  auto map = test::value_of(parse(test::replaced(kSmall, "[registers.go]", R"([status]
+  auto map = test::value_of(parse(replaced(kSmall, "[registers.go]", R"([status]
 moving = { register = "go", mask = 0xF0, equals = 0x20 }
 alarm = { register = "go", bit = 0, negated = true }
 [registers.go])")));

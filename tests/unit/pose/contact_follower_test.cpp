@@ -11,9 +11,9 @@ class ContactEvents : public testing::Test {
  protected:
   rt::TickRecord tick(std::int64_t ms) {
     rt::TickRecord record;
-    record.time_ns = ms * kMs;
     record.channels = rt::channel::kContact;
     record.scene_generation = 1;
+    record.time_ns = ms * kMs;
     path_.follow({0.1 * static_cast<double>(ms), 0.0, 0.0}, record.time_ns);
     return record;
   }

@@ -55,9 +55,9 @@ TEST_F(FlightRecorderTest, AStopLeavesEveryTickAroundIt) {
   flown(2500);
   for (const std::uint64_t tick : {2400U, 100U}) {  // late, and older than the first row
     recording::Event event;
-    event.time_ns = static_cast<std::int64_t>(tick) * 1'000'000'000 / kTicksPerS;
-    event.tick = tick;
     event.kind = EventKind::kCommand;
+    event.tick = tick;
+    event.time_ns = static_cast<std::int64_t>(tick) * 1'000'000'000 / kTicksPerS;
     board_.add(std::move(event));
   }
   engine_.stop();

@@ -47,8 +47,8 @@ class TableExport : public testing::Test {
       output.add_rows(rows);
       if (tick == 5000) {
         recording::Event event;
-        event.time_ns = 5'123'456'789;
         event.tick = 5000;
+        event.time_ns = 5'123'456'789;
         event.kind = recording::EventKind::kAnnotation;
         event.text = "half, \"way\"";
         output.add_event(event);

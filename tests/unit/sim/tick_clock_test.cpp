@@ -23,8 +23,7 @@ using test::TickSequence;
 using test::VirtualRig;
 
 SimulationConfig on(const TickSequence& ticks, double rate_hz = 1000.0) {
-  SimulationConfig config{.object = "none", .rate_hz = rate_hz, .ticks = ticks.shared()};
-  return config;
+  return {.object = "none", .rate_hz = rate_hz, .ticks = ticks.shared()};
 }
 
 class Recorded : public testing::Test {

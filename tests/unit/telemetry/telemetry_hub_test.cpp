@@ -22,8 +22,8 @@ class TelemetryHubTest : public testing::Test {
   explicit TelemetryHubTest(std::size_t ring = 8192) : engine_(rig_, ring), hub_(engine_) {}
 
   void tick(std::uint64_t count) {
-    hal::RigSample sample;
     for (std::uint64_t i = 0; i < count; ++i) {
+      hal::RigSample sample;
       sample.tick = next_tick_++;
       engine_.on_tick(sample);
     }
@@ -84,10 +84,10 @@ TEST_F(TelemetryHubTest, DecimationKeepsEveryNthTick) {
 }
 
 TEST_F(TelemetryHubTest, AStalledSubscriberLosesItsOwnOldestAndNoOneElses) {
-  SubscriptionOptions options;
-  options.batch_size = 100;
-  options.queue_samples = 100;
-  const auto stalled = hub_.subscribe(options);
+  SubscriptionOptions slow;
+  slow.queue_samples = 100;
+  slow.batch_size = 100;
+  const auto stalled = hub_.subscribe(slow);
   const auto reading = hub_.subscribe({});
   std::uint64_t expected = 0;
   Subscription::Batch batch;
@@ -107,10 +107,10 @@ TEST_F(TelemetryHubTest, AStalledSubscriberLosesItsOwnOldestAndNoOneElses) {
 }
 
 TEST_F(TelemetryHubTest, ASampleIsHeldForAMinuteAtMost) {
-  SubscriptionOptions options;
-  options.batch_size = 10;
-  options.queue_samples = 60000;
-  const auto stalled = hub_.subscribe(options);
+  SubscriptionOptions slow;
+  slow.queue_samples = 60000;
+  slow.batch_size = 10;
+  const auto stalled = hub_.subscribe(slow);
   for (int s = 0; s < 100; ++s) {
     tick(1);
     hub_.pump(now_ + std::chrono::seconds(s));
@@ -125,8 +125,8 @@ TEST_F(TelemetryHubTest, ASampleIsHeldForAMinuteAtMost) {
 TEST_F(TelemetryHubTest, ADecimatedSampleIsHeldForSixtyThousandTicksAtMost) {
   SubscriptionOptions slow;
   slow.decimation = 100;
-  slow.batch_size = 10;
   slow.queue_samples = 60000;
+  slow.batch_size = 10;
   const auto stalled = hub_.subscribe(slow);
   for (int i = 0; i < 70; ++i) {
     pass(1000);
@@ -139,13 +139,13 @@ TEST_F(TelemetryHubTest, ADecimatedSampleIsHeldForSixtyThousandTicksAtMost) {
 
 TEST_F(TelemetryHubTest, ManySubscribersHoldLessEachButNoneOfTheDaemonsOwn) {
   SubscriptionOptions own;
-  own.batch_size = 4000;
   own.queue_samples = 4000;
+  own.batch_size = 4000;
   own.is_own = true;
   const auto recorder = hub_.subscribe(own);
   SubscriptionOptions slow;
-  slow.batch_size = 2000;
   slow.queue_samples = 60000;
+  slow.batch_size = 2000;
   std::vector<std::shared_ptr<Subscription>> many;
   for (int i = 0; i < 499; ++i) many.push_back(hub_.subscribe(slow));
   pass(4000);
@@ -183,8 +183,8 @@ TEST_F(TelemetryHubTest, WhatIsEncodedIsKeptForThoseWhoKeepUp) {
 TEST_F(TelemetryHubTest, DroppedSamplesAreCountedInTheSubscribersOwnMeasure) {
   SubscriptionOptions options;
   options.decimation = 10;
-  options.batch_size = 100;
   options.queue_samples = 100;
+  options.batch_size = 100;
   const auto subscription = hub_.subscribe(options);
   for (int round = 0; round < 10; ++round) {
     pass(200);

@@ -14,8 +14,7 @@ TargetLaw profile(TargetLaw::Kind kind, std::initializer_list<TargetLaw::Knot> k
   return law;
 }
 TargetLaw power_law(double k, double b, double m) {
-  TargetLaw law{.kind = TargetLaw::Kind::kHuntCrossley, .hunt_crossley = {k, b, m}};
-  return law;
+  return {.kind = TargetLaw::Kind::kHuntCrossley, .hunt_crossley = {k, b, m}};
 }
 
 TEST(TargetLaw, LinearIsHookes) {

@@ -61,9 +61,9 @@ EngineCommand load(Pipeline* pipeline, const SceneSpec& scene) {
 EngineCommand target(double stiffness, std::uint64_t at_tick = 0) {
   EngineCommand command;
   command.kind = EngineCommand::Kind::kSetTarget;
-  command.at_tick = at_tick;
   command.target = linear_target(stiffness);
   command.ramp_s = 0.0;
+  command.at_tick = at_tick;
   return command;
 }
 
@@ -229,7 +229,6 @@ TEST(Engine, LostRecordsAreCountedAndLeaveAGapInTheSequence) {
 TEST(Engine, HandsOnWhatItMeasuredOnlyWhileObserved) {
   FakeRig rig;
   Engine engine(rig, 16);
-  hal::RigSample sample;
   const auto ticks = [&](int count) {
     for (int i = 0; i < count; ++i) rig.tick(engine);
   };

@@ -20,8 +20,7 @@ GripPlant plant() {
   return grip_plant(GripDynamics{}, 75.0, 3.5, 12.59, 0.0);
 }
 TransientParameters wood() {
-  TransientParameters transient{.target = {{100.0, 80.0, 10.0}}};
-  return transient;
+  return {.target = {{100.0, 80.0, 10.0}}};
 }
 ContactTransient::Input touching(double speed_mm_per_s, bool just_declared = false, double authority = 1.0) {
   return {true, just_declared, authority, speed_mm_per_s, {0.0, 0.0, 1.0}, {1.0 / kRateHz, 1.0, 1.0, false}};

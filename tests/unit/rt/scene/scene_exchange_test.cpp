@@ -40,8 +40,7 @@ class Constant final : public Pipeline {
 };
 
 GuardLimits wide() {
-  GuardLimits limits{.max_force_n = 10.0, .max_force_rate_n_per_s = 1e6, .max_power_w = 100.0};
-  return limits;
+  return {.max_force_n = 10.0, .max_force_rate_n_per_s = 1e6, .max_power_w = 100.0};
 }
 
 class SceneExchange : public testing::Test {

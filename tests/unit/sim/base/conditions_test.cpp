@@ -23,8 +23,7 @@ using test::VirtualRig;
 using Values = std::map<std::string, double>;
 
 SimulationConfig with(const Values& values, const char* object = "none") {
-  SimulationConfig config{.object = object, .condition_values = values};
-  return config;
+  return {.object = object, .condition_values = values};
 }
 
 /// Mean reading over a second.

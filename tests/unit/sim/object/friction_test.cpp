@@ -22,12 +22,11 @@ using test::length;
 constexpr double kStepS = 1e-4;
 
 FrictionParameters plain() {
-  FrictionParameters p{.kinetic = 0.5,
-                       .static_ratio = 1.4,
-                       .stribeck_velocity_mm_per_s = 5.0,
-                       .presliding_mm = 0.1,
-                       .viscous_s_per_mm = 0.0};
-  return p;
+  return {.kinetic = 0.5,
+          .static_ratio = 1.4,
+          .stribeck_velocity_mm_per_s = 5.0,
+          .presliding_mm = 0.1,
+          .viscous_s_per_mm = 0.0};
 }
 
 /// Bristle force per newton: what a step without slide shows, without changing anything.

@@ -22,8 +22,7 @@ using test::length;
 constexpr double kGeneralStepS = 1e-4;
 
 FrictionParameters plain_general() {
-  FrictionParameters p{.kinetic = 0.5, .static_ratio = 1.4, .presliding_mm = 0.1, .bristle_damping_s = 0.0};
-  return p;
+  return {.kinetic = 0.5, .static_ratio = 1.4, .presliding_mm = 0.1, .bristle_damping_s = 0.0};
 }
 
 MaxwellSlipFriction plain_friction(double step_s = kGeneralStepS) {

@@ -26,8 +26,7 @@ GeneralMaterial spring_with(const GeneralMaterialParameters& memory, double step
 }
 
 GeneralMaterialParameters nothing() {
-  GeneralMaterialParameters p{.fading_share = 0.0, .strain_growth = 0.0};
-  return p;
+  return {.fading_share = 0.0, .strain_growth = 0.0};
 }
 
 class GeneralMatter : public testing::TestWithParam<std::string> {

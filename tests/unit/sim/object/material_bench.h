@@ -41,8 +41,7 @@ inline std::vector<std::string> objects_of_different_matter() {
 
 /// Only what a test names: linear, without skin or memory.
 inline sim::MaterialParameters spring(double stiffness_n_per_mm) {
-  sim::MaterialParameters p{.stiffness_at_4n_n_per_mm = stiffness_n_per_mm};
-  return p;
+  return {.stiffness_at_4n_n_per_mm = stiffness_n_per_mm};
 }
 
 /// Imposes forces: a tip so light that the material alone says where it goes.
