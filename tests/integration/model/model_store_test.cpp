@@ -457,9 +457,9 @@ TEST(ModelDifference, TellsEveryParameterAndWhatElseIsOther) {
   const auto apart = test::value_of(difference(a, b));
   ASSERT_EQ(apart.parameters.size(), 5U);
   EXPECT_EQ(apart.parameters[0].relative, 0.5);
-  EXPECT_NEAR(apart.parameters[0].deviations, 2.0, 1e-12);
+  EXPECT_NEAR(*apart.parameters[0].deviations, 2.0, 1e-12);
   EXPECT_FALSE(apart.parameters[1].relative) << "nothing is so many times zero";
-  EXPECT_NEAR(apart.parameters[1].deviations, 2.0, 1e-12);
+  EXPECT_NEAR(*apart.parameters[1].deviations, 2.0, 1e-12);
   EXPECT_FALSE(apart.parameters[2].value_b);
   EXPECT_FALSE(apart.parameters[3].deviations) << "nothing is known of it";
   EXPECT_FALSE(apart.parameters[4].value_a);
