@@ -306,9 +306,8 @@ TEST_F(FlightRecorderTest, WhatClientsCauseMakesRoomBeforeFaults) {
   flown(300);
   ASSERT_FALSE(flight().request("again and again", "user:otto"));
   flown(kAfterTicks + 50);
-  ASSERT_TRUE(await([this] { return flight().last().has_value(); }));
+  ASSERT_TRUE(await([this] { return flight().last()->id.ends_with("_requested"); }));
   const std::string requested = flight().last()->id;
-  ASSERT_TRUE(requested.ends_with("Z_requested"));
   EXPECT_EQ(flight().list()->size(), 4U) << "it takes the place of none";
   engine_.stop();
   flown(kAfterTicks + 50);
