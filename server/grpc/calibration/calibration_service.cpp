@@ -28,7 +28,7 @@ grpc::Status CalibrationService::StartCalibration(grpc::ServerContext* context,
 grpc::Status CalibrationService::PushReferencePoses(grpc::ServerContext* context,
                                                     grpc::ServerReader<v1::PushReferencePosesRequest>* reader,
                                                     v1::PushReferencePosesResponse* response) {
-  const PlacedCall counted(pushers_);
+  const CountedCall counted(pushers_, kMaxPushers);
   if (!counted.admitted()) return counted.refusal("streams of poses", "PushReferencePoses");
   SilenceWatch watch(kMaxPause, [context] { context->TryCancel(); });
   v1::PushReferencePosesRequest piece;

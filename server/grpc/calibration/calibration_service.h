@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 
 #include "hapticd/v1/calibration.grpc.pb.h"
@@ -42,7 +43,7 @@ class CalibrationService final : public v1::CalibrationService::Service {
  private:
   CalibrationRunner& runner_;
   SharedPlaces watchers_{kMaxWatchers};
-  SharedPlaces pushers_{kMaxPushers + 1, kMaxPushers};  ///< the last one is for another client
+  std::atomic<int> pushers_{0};
 };
 
 }  // namespace hapticd::server

@@ -9,6 +9,12 @@
 
 namespace hapticd::server {
 
+grpc::Status CountedCall::refusal(const char* what, const char* where) const {
+  return to_status({RefusalKind::kResourceExhausted,
+                    {fmt::format("too many {} at once", what), where, "", fmt::format("up to {}", max_),
+                     "wait for one to end"}});
+}
+
 PlacedCall::PlacedCall(SharedPlaces& places)
     : PlacedCall(places, served_call() == nullptr ? std::string() : served_call()->who.name) {}
 

@@ -2,6 +2,7 @@
 
 #include <grpcpp/support/status.h>
 
+#include <atomic>
 #include <map>
 #include <string>
 
@@ -9,12 +10,31 @@
 
 namespace hapticd::server {
 
-/// How many long calls of one kind are served at once. More are refused, so that no client uses up the
+/// Limits how many long calls of one kind are served at once. More are refused, so that no client uses up the
 /// threads that other calls need.
 inline constexpr int kMaxSlowCalls = 4;
 
-/// Places for calls of one kind, e.g. downloads. One identity may have half of them, or `max_for_one`, so
-/// that it does not keep the others out. Any thread.
+/// One call of a kind; counted for as long as this object lives.
+class CountedCall {
+ public:
+  CountedCall(std::atomic<int>& count, int max)
+      : count_(count), max_(max), admitted_(count.fetch_add(1) < max) {}
+  ~CountedCall() { count_.fetch_sub(1); }
+  CountedCall(const CountedCall&) = delete;
+  CountedCall& operator=(const CountedCall&) = delete;
+
+  bool admitted() const { return admitted_; }
+  /// Answer to a call that is not admitted: RESOURCE_EXHAUSTED with the limit. `what`: in the plural.
+  grpc::Status refusal(const char* what, const char* where) const;
+
+ private:
+  std::atomic<int>& count_;
+  int max_;
+  bool admitted_;
+};
+
+/// Places for calls of one kind, e.g. watchers. One identity may have half of them, or `max_for_one`, so that
+/// it does not keep the others out. Any thread.
 class SharedPlaces {
  public:
   explicit SharedPlaces(int max) : SharedPlaces(max, max / 2) {}
@@ -41,7 +61,7 @@ class PlacedCall {
   PlacedCall& operator=(const PlacedCall&) = delete;
 
   bool admitted() const { return admitted_; }
-  /// Answer to a call that is not admitted: RESOURCE_EXHAUSTED with the limits. `what`: in the plural.
+  /// Answer to a call that is not admitted, as of CountedCall.
   grpc::Status refusal(const char* what, const char* where) const;
 
  private:

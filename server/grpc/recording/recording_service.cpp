@@ -155,7 +155,7 @@ grpc::Status RecordingService::ListRecordings(grpc::ServerContext*, const v1::Li
 grpc::Status RecordingService::GetRecording(grpc::ServerContext* context,
                                             const v1::GetRecordingRequest* request,
                                             grpc::ServerWriter<v1::RecordingPiece>* writer) {
-  const PlacedCall counted(downloads_);
+  const CountedCall counted(downloads_, kMaxDownloads);
   if (!counted.admitted()) return counted.refusal("downloads", "GetRecording");
   const auto path = path_of(request->id(), request->kind(), recorder_, flight_);
   if (!path) return to_status(path.refusal());
@@ -165,7 +165,7 @@ grpc::Status RecordingService::GetRecording(grpc::ServerContext* context,
 grpc::Status RecordingService::ExportRecording(grpc::ServerContext* context,
                                                const v1::ExportRecordingRequest* request,
                                                grpc::ServerWriter<v1::RecordingPiece>* writer) {
-  const PlacedCall counted(exports_);
+  const CountedCall counted(exports_, kMaxExports);
   if (!counted.admitted()) return counted.refusal("exports", "ExportRecording");
   const auto path = path_of(request->id(), request->kind(), recorder_, flight_);
   if (!path) return to_status(path.refusal());

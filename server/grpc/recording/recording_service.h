@@ -1,9 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <string>
 
 #include "hapticd/v1/recording.grpc.pb.h"
-#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -40,8 +40,8 @@ class RecordingService final : public v1::RecordingService::Service {
   Recorder& recorder_;
   FlightRecorder& flight_;
   const std::string folder_;
-  SharedPlaces downloads_{kMaxDownloads};
-  SharedPlaces exports_{kMaxExports};
+  std::atomic<int> downloads_{0};
+  std::atomic<int> exports_{0};
 };
 
 }  // namespace hapticd::server

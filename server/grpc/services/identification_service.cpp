@@ -100,7 +100,7 @@ grpc::Status IdentificationService::ListIdentifications(grpc::ServerContext*,
 grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context,
                                                     grpc::ServerReader<v1::UploadRecordingRequest>* reader,
                                                     v1::UploadRecordingResponse* response) {
-  const PlacedCall counted(uploads_);
+  const CountedCall counted(uploads_, kMaxUploads);
   if (!counted.admitted()) return counted.refusal("uploads", "UploadRecording");
   SilenceWatch watch(kMaxUploadPause, [context] { context->TryCancel(); });
   v1::UploadRecordingRequest piece;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 
 #include "hapticd/v1/identification.grpc.pb.h"
@@ -39,7 +40,7 @@ class IdentificationService final : public v1::IdentificationService::Service {
  private:
   IdentificationRunner& runner_;
   SharedPlaces watchers_{kMaxWatchers};
-  SharedPlaces uploads_{kMaxUploads};
+  std::atomic<int> uploads_{0};
 };
 
 }  // namespace hapticd::server

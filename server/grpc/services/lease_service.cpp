@@ -64,7 +64,7 @@ grpc::Status LeaseService::TakeLease(grpc::ServerContext* context, const v1::Tak
         {RefusalKind::kInvalidArgument,
          {"no reason is given", "TakeLeaseRequest.reason", "", "", "say why: the present holder reads it"}});
   }
-  const PlacedCall counted(takers_);
+  const CountedCall counted(takers_, kMaxTakers);
   if (!counted.admitted()) return counted.refusal("takes", "TakeLease");
   const auto granted =
       desk_.take(served_call()->who, *terms, shortened(repaired_utf8(request->reason()), kMaxPurpose),

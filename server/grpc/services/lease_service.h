@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+
 #include "hapticd/v1/access.grpc.pb.h"
 #include "server/grpc/calls/counted_call.h"
 
@@ -34,7 +36,7 @@ class LeaseService final : public v1::LeaseService::WithCallbackMethod_RenewLeas
  private:
   LeaseDesk& desk_;
   SharedPlaces watchers_{kMaxWatchers};
-  SharedPlaces takers_{kMaxTakers};
+  std::atomic<int> takers_{0};
 };
 
 }  // namespace hapticd::server

@@ -234,7 +234,7 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
 
 grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseRequest* request,
                                   v1::Diagnosis* response) {
-  const PlacedCall counted(diagnoses_);
+  const CountedCall counted(diagnoses_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("diagnoses", "RigService.Diagnose");
   Findings findings = diagnose({session_, scenes_, hub_, turntable_}, request->probe());
   const Findings of_service = examine_service(session_.loop_config(), state_folder_);
@@ -256,7 +256,7 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
 grpc::Status RigService::BiasForceSensor(grpc::ServerContext* context,
                                          const v1::BiasForceSensorRequest* request,
                                          v1::BiasForceSensorResponse* response) {
-  const PlacedCall counted(bias_calls_);
+  const CountedCall counted(bias_calls_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("biases of the sensor", "RigService.BiasForceSensor");
   const auto taken = biases_.take(caller_of(*context), request->tool_is_free());
   if (!taken) return to_status(taken.refusal());

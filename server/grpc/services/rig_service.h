@@ -1,10 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <string>
 #include <utility>
 
 #include "hapticd/v1/rig.grpc.pb.h"
-#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -56,8 +56,8 @@ class RigService final : public v1::RigService::Service {
   const FlightRecorder& flight_;
   const std::string certificates_;  ///< folder; empty: served without
   const std::string state_folder_;  ///< where models are kept; empty: nowhere
-  SharedPlaces diagnoses_{kMaxSlowCalls};
-  SharedPlaces bias_calls_{kMaxSlowCalls};
+  std::atomic<int> diagnoses_{0};
+  std::atomic<int> bias_calls_{0};
 };
 
 }  // namespace hapticd::server

@@ -18,6 +18,7 @@ namespace hapticd::server {
 namespace {
 
 /// Short, except for loads that wait until the tool is out of contact.
+constexpr int kMaxLoads = 8;
 
 struct ChannelName {
   std::uint32_t channel;
@@ -103,7 +104,7 @@ grpc::Status SceneService::ListScenes(grpc::ServerContext*, const v1::ListScenes
 
 grpc::Status SceneService::LoadScene(grpc::ServerContext* context, const v1::LoadSceneRequest* request,
                                      v1::LoadSceneResponse* response) {
-  const PlacedCall counted(loads_);
+  const CountedCall counted(loads_, kMaxLoads);
   if (!counted.admitted()) return counted.refusal("scenes that are loaded", "SceneService.LoadScene");
   const auto source = source_of(*request);
   if (!source) return no_source("LoadSceneRequest");
@@ -126,7 +127,7 @@ grpc::Status SceneService::UnloadScene(grpc::ServerContext* context, const v1::U
 
 grpc::Status SceneService::ExplainScene(grpc::ServerContext*, const v1::ExplainSceneRequest* request,
                                         v1::SceneOutline* response) {
-  const PlacedCall counted(explanations_);
+  const CountedCall counted(explanations_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("explanations of scenes", "SceneService.ExplainScene");
   const auto source = source_of(*request);
   if (!source) return no_source("ExplainSceneRequest");

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <atomic>
+
 #include "hal/lock/mutex.h"
 #include "hapticd/v1/scene.grpc.pb.h"
-#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -23,8 +24,8 @@ class SceneService final : public v1::SceneService::Service {
 
  private:
   SceneHost& scenes_;
-  SharedPlaces loads_{8};
-  SharedPlaces explanations_{kMaxSlowCalls};
+  std::atomic<int> loads_{0};
+  std::atomic<int> explanations_{0};
   SerialMutex measuring_;  ///< one cost at a time: two at once would disturb each other
 };
 

@@ -300,33 +300,6 @@ TEST_F(RecordingServiceTest, NoLinkLeadsOutOfItsFolder) {
   EXPECT_THROW(fetched(client.export_recording(export_of("link", v1::EXPORT_FORMAT_CSV))), client::Error);
 }
 
-// Four downloads that one client did not read kept all others out.
-TEST_F(RecordingServiceTest, OneClientLeavesPlacesForTheDownloadsOfOthers) {
-  const RunningService service(config());
-  const std::string id = "00001_20260101T000000Z_large";
-  const std::string path = config().recording.folder + "/recordings/" + id + ".mcap";
-  std::ofstream{path};
-  fs::resize_file(path, 100'000'000);  // more than waits anywhere on the way
-  const auto stub = v1::RecordingService::NewStub(service.channel);
-  v1::GetRecordingRequest request;
-  request.set_id(id);
-  v1::RecordingPiece piece;
-  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
-  std::vector<std::unique_ptr<grpc::ClientReader<v1::RecordingPiece>>> unread;
-  const auto begin = [&] {
-    contexts.push_back(call_context());
-    unread.push_back(stub->GetRecording(contexts.back().get(), request));
-    return unread.back()->Read(&piece);
-  };
-  EXPECT_TRUE(begin());
-  EXPECT_TRUE(begin());
-  EXPECT_FALSE(begin());
-  const grpc::Status refused = unread.back()->Finish();
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_EQ(detail_of(refused).limit(), "up to 4, and 2 of one client");
-  for (const auto& context : contexts) context->TryCancel();
-}
-
 TEST_F(RecordingServiceTest, AnExportLeavesTheDiskItsRoom) {
   server::DaemonConfig full = config();
   const RunningService first(full);

@@ -161,7 +161,7 @@ TEST(Flood, RefusalsOfSlowCallsSayTheLimit) {
   }
   flood.stop();
   EXPECT_EQ(detail.what(), "too many explanations of scenes at once");
-  EXPECT_EQ(detail.limit(), "up to 4, and 2 of one client");
+  EXPECT_EQ(detail.limit(), "up to 4");
 }
 
 /// A daemon that is attacked over one of its transports, and what it takes of memory meanwhile.
