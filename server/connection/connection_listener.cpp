@@ -175,7 +175,12 @@ hal::Result<bool> ConnectionListener::open_datagram(const std::string& path) {
   name.sun_family = AF_UNIX;
   std::memcpy(name.sun_path, path.c_str(), path.size() + 1);
   address.length = sizeof name;
-  unlink(path.c_str());  // left behind; the lock of the unix socket shows that no other process uses it
+  struct stat present {};
+  if (lstat(path.c_str(), &present) == 0) {
+    if (!S_ISSOCK(present.st_mode))
+      return no_unix_socket(path, "the path is taken by something that is no socket");
+    unlink(path.c_str());  // left behind; the lock of the unix socket shows that no other process uses it
+  }
   const int descriptor = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const int on = 1;
   if (descriptor < 0) return no_unix_socket(path, std::strerror(errno));

@@ -184,7 +184,7 @@ TEST_F(RecordCli, ShowsWhatThereIsOfAnIncidentWhoseTicksAreLost) {
   const std::string incidents = folder_.path("state/incidents/");
   const auto shown = [&](const std::string& id) {
     demand(server::write_incident(incident, *ring, sources, {}, incidents + id + ".mcap"));
-    const Run ran = run({"incident", "show", id});
+    const Ran ran = run({"incident", "show", id});
     EXPECT_EQ(ran.code, 0) << ran.errors;
     return ran.output;
   };

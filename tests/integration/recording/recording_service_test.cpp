@@ -401,7 +401,8 @@ TEST_F(RecordingServiceTest, ARecordingIsARig) {
 }
 
 TEST_F(RecordingServiceTest, ARecordingIsAnInputOfIdentification) {
-  const std::string bytes = file_text(recorded_press(config()));
+  const std::string path = recorded_press(config());
+  const std::string bytes = file_text(path);
   const RunningService service;
   client::Client client = client_of(service);
   v1::RecordingDescription description;

@@ -9,6 +9,8 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -114,6 +116,17 @@ class Stops {
 
 std::string my_name() {
   return user_of_id(getuid()).name;
+}
+
+TEST(StopServer, TakesNoOtherFileForASocketLeftBehind) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("hapticd.sock.stop");
+  std::ofstream(path) << "mine";
+  const auto listener = ConnectionListener::open(
+      {ListenAddress{"127.0.0.1", 0}, folder.path("hapticd.sock"), "", std::nullopt, {}});
+  ASSERT_FALSE(listener);
+  EXPECT_EQ(listener.error().where, path);
+  EXPECT_TRUE(std::filesystem::exists(path));
 }
 
 TEST(StopServer, StopsByTheNextPortAndByADatagram) {
