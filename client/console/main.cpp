@@ -7,9 +7,11 @@
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <thread>
 
 #include "client/console/console_server.h"
 #include "client/console/options.h"
@@ -20,8 +22,9 @@ using namespace hapticd;
 
 /// Lines of the log that may wait for a reader; beyond that the oldest are dropped.
 constexpr std::size_t kMaxLogLines = 1024;
-/// Time in which the console ends, whatever does not end by itself: a log that is not read, say.
-constexpr unsigned kEndWithinS = 3;
+/// Time in which the log is written when the console ends, and between two looks whether it is.
+constexpr std::chrono::seconds kEndWithin{3};
+constexpr std::chrono::milliseconds kLooks{10};
 
 /// Lets go of the terminal or program that waits, once all it waits for has been said: a program that goes on
 /// in the background holds no pipe open.
@@ -29,6 +32,16 @@ void let_go_of_terminal() {
   const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, standard);
   close(nothing);
+}
+
+/// Waits until the lines of the log are written. Ends the process if no one reads them.
+void end_log() {
+  spdlog::default_logger()->flush();  // a last entry: when it has been taken, all before it are written
+  const auto until = std::chrono::steady_clock::now() + kEndWithin;
+  while (spdlog::thread_pool()->queue_size() > 0) {
+    if (std::chrono::steady_clock::now() > until) _exit(0);
+    std::this_thread::sleep_for(kLooks);
+  }
 }
 
 int run(int argc, char** argv) {
@@ -51,9 +64,8 @@ int run(int argc, char** argv) {
     if (options->is_personal) return let_go_of_terminal();
     sd_notifyf(0, "READY=1\nSTATUS=serves %s", server.url().c_str());
   });
-  std::signal(SIGALRM, [](int) { _exit(0); });
-  alarm(kEndWithinS);
   sd_notify(0, "STOPPING=1");
+  end_log();
   return 0;
 }
 
