@@ -34,7 +34,7 @@ void let_go_of_terminal() {
   close(nothing);
 }
 
-/// Waits until the lines of the log are written. Ends the process if no one reads them.
+/// Waits until the lines of the log are written. Ends the process if they are not read.
 void end_log() {
   spdlog::default_logger()->flush();  // a last entry: when it has been taken, all before it are written
   const auto until = std::chrono::steady_clock::now() + kEndWithin;
