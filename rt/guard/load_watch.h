@@ -103,8 +103,8 @@ class LoadWatch {
   bool is_suspected() const noexcept { return is_suspected_; }
   /// All that is read is a step that was noted under load: most likely the object has been left.
   bool shows_only_noted() const noexcept { return noted_slots_ > kLeftSlots; }
-  /// What is read is a zero from before a jump, and stays so in motion: most likely it has jumped back, and the object
-  /// has been left.
+  /// Returns true if the reading is a zero from before a jump and stays so in motion: most likely the zero has jumped
+  /// back, and the object has been left.
   bool is_back_at_zero() const noexcept { return at_proof_s_ > 0.0 && stays_in_motion(); }
   /// Whether anything is touched is not known, and no reading counts.
   bool is_waiting() const noexcept { return is_waiting_; }
@@ -186,7 +186,7 @@ class LoadWatch {
   };
 
   const Slot& before(std::size_t age) const noexcept { return slots_[newest_ - age]; }
-  /// What is read has stayed what it is over kStaysMm of motion.
+  /// Returns true if the reading has stayed what it is over kStaysMm of motion.
   bool stays_in_motion() const noexcept {
     return has_stretch_ && exceeds(before(0).tip_mm - stretch_tip_mm_, kStaysMm);
   }

@@ -178,7 +178,7 @@ hal::Result<bool> ConnectionListener::open_datagram(const std::string& path) {
   struct stat present {};
   if (lstat(path.c_str(), &present) == 0) {
     if (!S_ISSOCK(present.st_mode))
-      return no_unix_socket(path, "the path is taken by something that is no socket");
+      return no_unix_socket(path, "a file that is not a socket has this path");
     unlink(path.c_str());  // left behind; the lock of the unix socket shows that no other process uses it
   }
   const int descriptor = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

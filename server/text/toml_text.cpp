@@ -17,7 +17,7 @@ constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 }  // namespace
 
 hal::Result<std::string> read_text_file(const std::string& path) {
-  // Opening a named pipe that nobody writes would wait; one of a shell (/dev/fd/63) is written.
+  // Opening a named pipe without a writer would wait; one of a shell (/dev/fd/63) has one.
   std::error_code ignored;
   if (std::filesystem::is_fifo(std::filesystem::symlink_status(path, ignored))) {
     return hal::Error::of(hal::ErrorCode::kUnreadable, "cannot read the file", path, "a pipe",

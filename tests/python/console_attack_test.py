@@ -278,7 +278,7 @@ def test_pages_that_do_not_read_take_little_memory(start_daemon: Any, start_cons
     assert resident_mb() - before_mb < 100.0
 
 
-def test_a_log_that_nobody_reads_stops_no_page(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
+def test_a_log_that_is_not_read_stops_no_page(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
     # Its reader takes nothing, and it is full.
     reader, errors = os.pipe()
     os.set_blocking(errors, False)

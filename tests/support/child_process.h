@@ -34,7 +34,7 @@ class ChildProcess {
   std::string errors_;
 };
 
-/// What a child process that has ended leaves.
+/// Result of a child process that has ended.
 struct Ran {
   int code = 0;
   std::string output;

@@ -22,7 +22,7 @@ auto value_of(Outcome outcome) {
   if (!outcome) throw std::runtime_error(outcome.refusal().error.text());
   return std::move(*outcome);
 }
-/// What was found. If it was not, throws std::runtime_error.
+/// Returns the value of a find; throws std::runtime_error if there is none.
 template <class T>
 T value_of(std::optional<T> found) {
   if (!found) throw std::runtime_error("nothing was found");
@@ -44,7 +44,7 @@ auto refusal_of(const Outcome& outcome) {
   if (outcome) throw std::runtime_error("it was not refused");
   return outcome.refusal();
 }
-/// What a call throws. If it throws nothing, throws std::runtime_error.
+/// Returns the exception of a call; throws std::runtime_error if it throws none.
 template <class Exception, class Call>
 Exception thrown_by(const Call& call) {
   try {

@@ -138,7 +138,7 @@ TEST(Certificates, ADaemonDoesNotStartWithWrongOnes) {
   std::filesystem::copy(other.server() + "/server.key", mixed.path("server.key"));
   EXPECT_EQ(problem_of(mixed.path()).what, "the key does not belong to the certificate");
   std::filesystem::remove(mixed.path("server.key"));
-  ASSERT_EQ(mkfifo(mixed.path("server.key").c_str(), 0600), 0);  // nobody writes it
+  ASSERT_EQ(mkfifo(mixed.path("server.key").c_str(), 0600), 0);  // without a writer
   EXPECT_EQ(problem_of(mixed.path()).value, "it is a pipe");
   lab.make("--server localhost --days -1");
   const hal::Error expired = problem_of(lab.server());

@@ -206,7 +206,7 @@ TEST(AuditLog, RefusesWhatIsSomethingElse) {
     const auto log = AuditLog::open(config);
     return !log && log.error().where == "[access] audit_file" && AuditLog::check(path);
   };
-  const std::string pipe = folder.path("pipe");  // nobody reads it
+  const std::string pipe = folder.path("pipe");  // without a reader
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_TRUE(is_refused(pipe));
   EXPECT_TRUE(is_refused(folder.path()));

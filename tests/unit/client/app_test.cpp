@@ -196,8 +196,8 @@ TEST(App, ARangeIsCheckedBeforeAnyCall) {
                CLI::ParseError);
 }
 
-/// What is said to a line that cannot be.
-v1::ErrorDetail told_to(const std::string& line) {
+/// Returns the error of a line that is refused.
+v1::ErrorDetail detail_of(const std::string& line) {
   Built built;
   try {
     built.app.parse(line, false);
@@ -230,11 +230,11 @@ TEST(App, AMistypedWordIsNamedWithWhatWasMeant) {
             "hapticctl scene list --help"},
            {"target set 0.3 --rmap 2s", "there is no such option", "hapticctl target set", "--rmap",
             "did you mean '--ramp'?"}}) {
-    const v1::ErrorDetail told = told_to(one.line);
-    EXPECT_EQ(told.what(), one.what) << one.line;
-    EXPECT_EQ(told.where(), one.where) << one.line;
-    EXPECT_EQ(told.value(), one.value) << one.line;
-    EXPECT_EQ(told.remedy(), one.remedy) << one.line;
+    const v1::ErrorDetail detail = detail_of(one.line);
+    EXPECT_EQ(detail.what(), one.what) << one.line;
+    EXPECT_EQ(detail.where(), one.where) << one.line;
+    EXPECT_EQ(detail.value(), one.value) << one.line;
+    EXPECT_EQ(detail.remedy(), one.remedy) << one.line;
   }
 }
 
@@ -293,14 +293,14 @@ TEST(App, AValueThatCannotBeIsNamedWithWhatIsPossible) {
            {"identify contact --object a --press-direction 0,0,x", "this cannot be read",
             "identify contact --press-direction", "0,0,x", "X,Y,Z", kInvalid}}) {
     SCOPED_TRACE(one.line);
-    const v1::ErrorDetail told = told_to(one.line);
+    const v1::ErrorDetail detail = detail_of(one.line);
     const std::string where = std::string("hapticctl ") + one.where;
-    EXPECT_EQ(told.what(), one.what);
-    EXPECT_EQ(told.where(), where);
-    EXPECT_EQ(told.value(), one.value);
-    EXPECT_EQ(told.limit(), one.limit);
-    EXPECT_EQ(told.reason(), one.reason);
-    EXPECT_EQ(told.remedy(), one.remedy.empty() ? where.substr(0, where.rfind(' ')) + " --help" : one.remedy);
+    EXPECT_EQ(detail.what(), one.what);
+    EXPECT_EQ(detail.where(), where);
+    EXPECT_EQ(detail.value(), one.value);
+    EXPECT_EQ(detail.limit(), one.limit);
+    EXPECT_EQ(detail.reason(), one.reason);
+    EXPECT_EQ(detail.remedy(), one.remedy.empty() ? where.substr(0, where.rfind(' ')) + " --help" : one.remedy);
   }
 }
 

@@ -255,7 +255,7 @@ TEST(Calibration, FilesAreReadAndMissingOnesNamed) {
   using enum hal::ErrorCode;
   const test::TemporaryFolder folder;
   const auto calibration = test::value_of(load_calibration(folder.write("sensor.cal", file())));
-  const std::string pipe = folder.path("pipe.cal");  // nobody writes it
+  const std::string pipe = folder.path("pipe.cal");  // without a writer
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   test::expect_refusals(
       {

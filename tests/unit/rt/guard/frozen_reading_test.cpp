@@ -31,7 +31,7 @@ hal::RigSample tremble(FrozenReading& reading, double noise_n) {
   std::normal_distribution<double> noise;
   hal::RigSample sample;
   for (int tick = 0; tick < 500; ++tick) {
-    // What moves a hand is not noise.
+    // A hand that moves is not noise.
     sample.sensor_force_n.x = 0.1 * std::sin(0.05 * tick) + noise_n * noise(random);
     sample.sensor_force_n.z = 1.0 + noise_n * noise(random);
     EXPECT_FALSE(reading.update(sample, kSampleS, true));
