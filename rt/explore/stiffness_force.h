@@ -37,6 +37,8 @@ class StiffnessForce {
   /// Holds the sum of all desired forces within `max_n`; what is held back joins what comes late.
   void hold_within(double max_n, const ContactState& now, hal::Vector3& desired_n) noexcept;
   void reset() noexcept;
+  /// Share of the target's force that is not missing since the contact began late, 0 … 1.
+  double rendered_share() const noexcept { return late_.rendered_share(); }
 
  private:
   hal::Vector3 in_contact(const ContactState& now, ContactRelease& release) noexcept;

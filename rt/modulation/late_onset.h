@@ -15,16 +15,20 @@ namespace hapticd::rt {
 ///           came late on the way in and was all there on the way out would give energy to a tool that
 ///           bounces. A target softer than what is touched is rendered at once (δ is never below 0): that
 ///           makes the slope less steep.
-///   hold    D fades with kHoldS: a hold ends exact.
+///   hold    D fades with kHoldS: a hold ends exact. A slow press that an encoder shows step by step is not a
+///           hold: what counts is the mean speed of late as well.
 ///   bound   what a bound of the force holds back joins δ, so what comes after the bound makes no step
 ///   either.
 ///
-/// Exact for any target law, as it goes by forces. δ is never more than the target's force.
+/// Exact for any target law, as it goes by forces. δ is never more than the target's force. The device's own
+/// friction is compensated by the share that is rendered: all of it at once would throw the tip forward.
 class LateOnset {
  public:
-  static constexpr double kFadeShare = 0.3;
+  static constexpr double kFadeShare = 0.32;
   static constexpr double kHoldS = 0.2;
-  static constexpr double kHoldMmPerS = 3.0;  ///< slower is a hold
+  static constexpr double kHoldMmPerS = 3.0;  ///< slower may be a hold
+  static constexpr double kHoldMeanMmPerS = 0.5;
+  static constexpr double kSpeedMeanS = 0.1;
 
   /// Resets: no contact, or a new one.
   void reset() noexcept { *this = {}; }
@@ -37,8 +41,11 @@ class LateOnset {
     if (!has_begun_) {
       has_begun_ = true;
       begin_with(target_n - reaction_n);
+      speed_mm_per_s_ = speed_mm_per_s;
     } else {
-      const double held = std::max(0.0, 1.0 - std::abs(speed_mm_per_s) / kHoldMmPerS);
+      speed_mm_per_s_ += (speed_mm_per_s - speed_mm_per_s_) * (s / (s + kSpeedMeanS));
+      const double held = std::max(0.0, 1.0 - std::max(std::abs(speed_mm_per_s) / kHoldMmPerS,
+                                                       std::abs(speed_mm_per_s_) / kHoldMeanMmPerS));
       late_n_ /= 1.0 + held * s / kHoldS;
     }
     return missing_n();
@@ -46,6 +53,11 @@ class LateOnset {
   /// Makes the target's force `more_n` less than asked for.
   void hold_back(double more_n) noexcept { begin_with(missing_n() + more_n); }
   double missing_n() const noexcept { return std::clamp(late_n_ - kFadeShare * target_n_, 0.0, target_n_); }
+  /// Share of the target's force that is not missing, 0 … 1.
+  double rendered_share() const noexcept {
+    if (late_n_ <= kFadeShare * target_n_) return 1.0;
+    return target_n_ > 0.0 ? 1.0 - missing_n() / target_n_ : 0.0;
+  }
 
  private:
   void begin_with(double missing_n) noexcept {
@@ -53,8 +65,9 @@ class LateOnset {
   }
 
   bool has_begun_ = false;
-  double late_n_ = 0.0;    ///< D
-  double target_n_ = 0.0;  ///< f~
+  double speed_mm_per_s_ = 0.0;  ///< mean of late
+  double late_n_ = 0.0;          ///< D
+  double target_n_ = 0.0;        ///< f~
 };
 
 }  // namespace hapticd::rt

@@ -102,7 +102,7 @@ inline bool ExplorePipeline::hold_within_sensor(const hal::Vector3& normal,
 inline hal::Vector3 ExplorePipeline::command(const ContactState& now, const hal::Vector3& desired_n,
                                              double compensated) noexcept {
   if (back_drive_.is_on()) back_drive_direction_n_ = back_drive_.update(now.tool.encoder_step_mm);
-  past_controller_n_ = back_drive_direction_n_ * (now.authority * compensated);
+  past_controller_n_ = back_drive_direction_n_ * (now.authority * compensated * stiffness_.rendered_share());
   hal::Vector3 command_n = controller_.update(desired_n) + past_controller_n_;
   for (const auto& contribution : contributions_.direct) {
     const hal::Vector3 force_n = contribution->update(now);

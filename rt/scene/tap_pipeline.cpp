@@ -180,7 +180,8 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   displacement_mm_ = desired.displacement_mm;
   desired_n_ = fade_.update(in_contact, desired.force_n, now.interval);
   if (back_drive_.is_on()) {
-    back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority() * compensation_share(target);
+    back_drive_n_ = back_drive_.update(now.step_mm) *
+                    (contact_.authority() * compensation_share(target) * late_.rendered_share());
   }
   command_n_ = end_.update(in_contact, controller_.update(desired_n_) + back_drive_n_, now.interval);
   return {axis_.device_force_n(command_n_),

@@ -8,7 +8,9 @@
 
 #include "hal/sim/object/object_model.h"
 #include "rt/guard/fault_table.h"
+#include "rt/modulation/late_onset.h"
 #include "rt/signal/vector.h"
+#include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/virtual_run.h"
 #include "tests/measure/study/loading/loading_study.h"
 
@@ -25,7 +27,8 @@ constexpr double kFeltN = 0.002;  // of the device, below which nothing is rende
 constexpr double kWaitsS = 1.0;
 constexpr double kSpeeds[] = {5.0, 20.0, 50.0, 80.0};
 
-/// Steepest slope over kOverMm of what the hand feels beyond what moves its arm.
+/// Steepest slope over kOverMm of what the hand feels beyond what moves its arm, while it presses: in a hold
+/// the force ends exact.
 double steepest(const std::vector<LoadingPoint>& points) {
   double slope = 0.0;
   std::size_t from = 0;
@@ -34,6 +37,7 @@ double steepest(const std::vector<LoadingPoint>& points) {
       ++from;
     const double over_mm = now.displacement_mm - points[from].displacement_mm;
     if (over_mm < kOverMm || over_mm > 2.0 * kOverMm) continue;
+    if (over_mm < rt::LateOnset::kHoldMeanMmPerS * (now.since_s - points[from].since_s)) continue;
     slope = std::max(slope, (now.hand_force_n - points[from].hand_force_n) / over_mm);
   }
   return slope;
@@ -87,7 +91,7 @@ double slope_ratio_of_real(const LoadingTrial& trial, double speed_mm_per_s) {
   object.material.stiffness_at_4n_n_per_mm = trial.target_n_per_mm;
   rig.object = "sponge_block";
   rig.custom_object = object;
-  rig.plant = "separable";
+  const OnPlant linear(sim::Plant::kSeparable);
   VirtualRun run(rig, tap_loading(rig.device, rig.object, trial.target_n_per_mm).scene, false);
   std::vector<LoadingPoint> points;
   press_at(run, speed_mm_per_s, [&](const VirtualRun& now, double since_s) {
@@ -186,7 +190,8 @@ void run_onset(StudyContext& context) {
       "true displacement when the device gives more than 2 mN. Slope: the steepest of the hand's force over "
       "0.3 mm within the first 3 mm, over the target's, or over the object's if that is stiffer: below the "
       "first "
-      "force the hand feels the object. Real object's: what the same hand feels of a real, linear object of "
+      "force the hand feels the object. What is slower than 0.5 mm/s is a hold. Real object's: what the same "
+      "hand feels of a real, linear object of "
       "the "
       "target's stiffness, with the motors off: the device's mass and friction are in both.");
   context.report.add_plot("onset", plot);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -53,6 +54,23 @@ TEST(LateOnset, AHoldEndsExactAndADeepPressIsExactBeforeIt) {
   EXPECT_NEAR(deep.felt_n(5.0, 20.0), 3.5, 1e-9);
 }
 
+TEST(LateOnset, ASlowPressThatTheEncodersShowStepByStepIsNotAHold) {
+  constexpr double kMmPerS = 1.5;
+  Press press;
+  const auto slow = [&press](double x_mm) {  // at rest for 20 ms, then a step that shows as 6 mm/s
+    const double in_step = std::fmod(x_mm, 0.04) / 0.04;
+    return press.felt_n(x_mm, in_step > 0.75 ? 4.0 * kMmPerS : 0.0);
+  };
+  double x_mm = 0.0;
+  double before_n = 0.0;
+  for (int i = 0; x_mm < 1.2; ++i, x_mm = i * kMmPerS * kTickS) {
+    const double felt_n = slow(x_mm);
+    if (i % 200 != 0) continue;  // 0.3 mm
+    EXPECT_LE(felt_n - before_n, (1.02 + LateOnset::kFadeShare) * 0.7 * 0.3) << x_mm;
+    before_n = felt_n;
+  }
+}
+
 TEST(LateOnset, OnTheWayBackNothingPullsTheHand) {
   Press press;
   double x_mm = 0.0;
@@ -85,6 +103,24 @@ TEST(LateOnset, WhatABoundHeldBackComesWithoutAStep) {
     EXPECT_LE(felt_n - before_n, (1.0 + LateOnset::kFadeShare) * 0.7 * 0.02 + 1e-9) << x_mm;
     before_n = felt_n;
   }
+}
+
+TEST(LateOnset, TheShareThatIsRenderedMakesNoStepOnTheWayInAndOut) {
+  Press press;
+  press.felt_n(press.late_mm, 20.0);
+  double before = press.late.rendered_share();
+  EXPECT_NEAR(before, press.object / press.target, 1e-12) << "of the target the hand feels what it felt";
+  const auto look = [&](double x_mm, double mm_per_s) {
+    press.felt_n(x_mm, mm_per_s);
+    const double now = press.late.rendered_share();
+    EXPECT_NEAR(now, before, 0.05) << x_mm;
+    before = now;
+  };
+  for (double x_mm = press.late_mm; x_mm < 5.0; x_mm += 0.01) look(x_mm, 20.0);
+  EXPECT_EQ(before, 1.0);
+  for (double x_mm = 5.0; x_mm > 0.0; x_mm -= 0.01) look(x_mm, -20.0);
+  look(0.0, -20.0);
+  EXPECT_EQ(before, 0.0);
 }
 
 TEST(LateOnset, ANewContactBeginsAnew) {
