@@ -13,12 +13,16 @@ void LoadWatch::suspect() noexcept {
   if (filled_ < 5) return;
   const hal::Vector3& now_n = before(0).reading_n;
   if (is_suspected_) {
-    // The reading of a contact goes on to change; a jump is over within two slots.
-    const double along_n = dot(now_n - before(1).reading_n, suspected_along_);
-    const double along_before_n = dot(before(1).reading_n - before(2).reading_n, suspected_along_);
+    // The reading of a contact goes on to change; a jump is over within two slots. A little is what a load
+    // does anyway.
+    const auto change_n = [this](std::size_t young, std::size_t old) {
+      return dot(before(young).reading_n - before(old).reading_n, suspected_along_);
+    };
     constexpr double kGoesOn = 0.3;
-    const bool goes_on = along_n * along_before_n > 0.0 &&
-                         std::abs(along_n) > std::max(kGoesOn * std::abs(along_before_n), kRisesN);
+    constexpr double kLittle = 0.02;  // of the step, in a slot
+    const double step_n = change_n(suspected_slots_ + 1, suspected_slots_ + 3);
+    const double least_n = std::max(std::max(kRisesN, kLittle * step_n), kGoesOn * std::abs(change_n(1, 2)));
+    const bool goes_on = change_n(0, 1) * change_n(1, 2) > 0.0 && std::abs(change_n(0, 1)) > least_n;
     rises_ = goes_on ? rises_ + 1 : 0;
     if (++suspected_slots_ > kAfter + 2 || rises_ >= 2) is_suspected_ = false;
     return;
