@@ -44,7 +44,7 @@ IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, HeaderVersion se
   const int yes = 1;
   if (listener_ >= 0) setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   if (listener_ < 0 || bind(listener_, found->ai_addr, found->ai_addrlen) != 0 ||
-      listen(listener_, kMaxPeers) != 0) {
+      listen(listener_, SOMAXCONN) != 0) {
     const std::string reason = words((host + ":" + service + " cannot be listened on").c_str());
     if (listener_ >= 0) close(listener_);
     throw std::runtime_error(reason);
