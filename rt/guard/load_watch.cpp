@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "rt/signal/tool_compensation.h"
@@ -17,6 +18,16 @@ constexpr hal::Vector3 clamped(const hal::Vector3& v, double bound) noexcept {
   return {std::clamp(v.x, -bound, bound), std::clamp(v.y, -bound, bound), std::clamp(v.z, -bound, bound)};
 }
 
+/// Returns which way is up in the frame of a tool that is turned by q, however a driver rounded it.
+constexpr hal::Vector3 up_in(const hal::Quaternion& q) noexcept {
+  const double xx_yy = q.x * q.x + q.y * q.y;
+  const double ww_zz = q.w * q.w + q.z * q.z;
+  const double squared = xx_yy + ww_zz;
+  if (!(squared > 1e-12 && squared <= std::numeric_limits<double>::max())) return {0.0, 0.0, 1.0};
+  return hal::Vector3{2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x), ww_zz - xx_yy} *
+         (1.0 / squared);
+}
+
 constexpr bool is_same(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
   return a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z;
 }
@@ -28,6 +39,8 @@ void LoadWatch::set_parameters(const LoadWatchParameters& parameters) noexcept {
                         !is_same(parameters.sensor_to_tool, parameters_.sensor_to_tool);
   parameters_ = parameters;
   is_turned_ = parameters.sensor_to_tool.w != 1.0;
+  const double mass_g = parameters.tool_mass_g;
+  inertia_error_ = kMassError + (mass_g > 0.0 ? parameters.mass_error_g / mass_g : 0.0);
   if (parameters.knows_weight_in_zero) add_to_readings(parameters.weight_in_zero_n - weight_in_zero_n_);
   has_other_tool_ = has_zero_ && is_other;
 }
@@ -36,15 +49,19 @@ void LoadWatch::add_to_readings(const hal::Vector3& by_n) noexcept {
   weight_in_zero_n_ = weight_in_zero_n_ + by_n;
   drift_.shift(by_n);
   last_reading_n_ = last_reading_n_ + by_n;
-  under_way_.reading_n = under_way_.reading_n + by_n * looks_;
-  for (Slot& slot : slots_) slot.reading_n = slot.reading_n + by_n;
+  under_way_n_ = under_way_n_ + by_n * looks_;
+  once_n_s_ = once_n_s_ + by_n * before(0).end_s;
+  for (Slot& slot : slots_) {
+    slot.reading_n = slot.reading_n + by_n;
+    slot.twice_n_s2 = slot.twice_n_s2 + by_n * (0.5 * slot.end_s * slot.end_s);
+  }
 }
 
 void LoadWatch::interrupt() noexcept {
   noted_slots_ = 0;
   is_after_gap_ = true;
   filled_ = 0;
-  under_way_ = {};
+  under_way_s_ = 0.0;
   looks_ = 0;
   is_suspected_ = false;
   has_stretch_ = has_stretch_ && is_waiting_;
@@ -56,11 +73,12 @@ void LoadWatch::forget_zero() noexcept {
   noted_n_ = {};
 }
 
-hal::Vector3 LoadWatch::weight_n(const hal::RigSample& sample) const noexcept {
-  const hal::Vector3 weight_n{0.0, 0.0, -inertial_force_n(parameters_.tool_mass_g, kGravityMmPerS2)};
-  if (sample.tip_orientation.w == 1.0 && !is_turned_) return weight_n;
-  const hal::Quaternion q = unit(sample.tip_orientation);
-  return rotated(conjugate(is_turned_ ? product(q, parameters_.sensor_to_tool) : q), weight_n);
+// A function of its own, as update(): among all that is flattened into a tick its numbers would go to the
+// stack and back.
+[[gnu::noinline]] hal::Vector3 LoadWatch::weight_n(const hal::RigSample& sample) const noexcept {
+  const hal::Vector3 weight_n =
+      up_in(sample.tip_orientation) * -inertial_force_n(parameters_.tool_mass_g, kGravityMmPerS2);
+  return is_turned_ ? rotated(conjugate(parameters_.sensor_to_tool), weight_n) : weight_n;
 }
 
 void LoadWatch::prove() noexcept {
@@ -103,39 +121,38 @@ void LoadWatch::take_bias(const hal::RigSample& sample) noexcept {
   if (!is_waiting_) prove();
 }
 
-void LoadWatch::update(const hal::RigSample& sample, double interval_s,
-                       const hal::Vector3& device_n) noexcept {
-  under_way_.length_s += interval_s;
+[[gnu::noinline, gnu::flatten]] void LoadWatch::update(const hal::RigSample& sample, double interval_s,
+                                                       const hal::Vector3& device_n) noexcept {
+  under_way_s_ += interval_s;
   // A sensor that is silent shows nothing; for how long that may last is the guard's limit.
   if ((sample.status & hal::sample_status::kForceMissing) != 0) return;
   unloaded_s_ = std::min(unloaded_s_ + interval_s, kLongS);
   if (!has_zero_ || sample.bias_serial != bias_serial_) [[unlikely]] {
     take_bias(sample);
-    if (looks_ == 0) under_way_.length_s = interval_s;
+    if (looks_ == 0) under_way_s_ = interval_s;
   }
   const hal::Vector3 weight = weight_n(sample);
-  const hal::Vector3 reading = sample.sensor_force_n - weight + weight_in_zero_n_;
   if (has_other_tool_) [[unlikely]] {
     // By its weight alone: what the reading itself changes by meanwhile may be a load.
-    if (looks_ > 0 || newest_ > 0) {
-      drift_.shift((looks_ > 0 ? under_way_.weight_n : before(0).weight_n) - weight);
-    }
+    drift_.shift(last_weight_n_ - weight);
     interrupt();
     has_stretch_ = false;
-    under_way_.length_s = interval_s;
+    under_way_s_ = interval_s;
     has_other_tool_ = false;
   }
+  const hal::Vector3 reading = sample.sensor_force_n - weight + weight_in_zero_n_;
   last_reading_n_ = reading;
-  under_way_.reading_n = under_way_.reading_n + reading;
-  under_way_.weight_n = weight;
+  last_weight_n_ = weight;
+  under_way_n_ = looks_ == 0 ? reading : under_way_n_ + reading;
   ++looks_;
-  if (under_way_.length_s >= kSlotS) end_slot(sample, device_n);
+  if (under_way_s_ >= kSlotS) end_slot(sample, device_n);
 }
 
 void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
-  if (under_way_.length_s > kMaxSlotS) [[unlikely]] {
+  const double s = under_way_s_;
+  if (s > kMaxSlotS) [[unlikely]] {
     const double looks = looks_;
-    const hal::Vector3 sum_n = under_way_.reading_n;
+    const hal::Vector3 sum_n = under_way_n_;
     interrupt();
     const double unknown_n =
         inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, kHandMmPerS2);
@@ -143,28 +160,21 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     if (exceeds(sum_n * (1.0 / looks) - zero_n(), least_n)) unloaded_s_ = 0.0;
     return;
   }
-  under_way_.tip_mm = sample.tip_position_mm;
-  under_way_.unloaded_s = unloaded_s();
-  under_way_.device_n = device_n;
-  if (looks_ > 1) under_way_.reading_n = under_way_.reading_n * (1.0 / looks_);
-  const double s = under_way_.length_s;
-  if (newest_ == 0 || ++newest_ == 2 * kSlots) newest_ = kSlots;
-  slots_[newest_] = slots_[newest_ - kSlots] = under_way_;
-  filled_ = std::min(filled_ + 1, kSlots);
-  if (filled_ > 2 * kHalf) is_after_gap_ = false;
-  under_way_ = {};
-  looks_ = 0;
-
+  remember(sample, device_n);
   drift_.drift_on(s);
   swing_n_ *= left_of_peak(s, kPeakFadeS);
   // While it waits, the load or the jump may be noise itself: the noise must be learnt all the same.
   if (is_waiting_ || unloaded_s_ > kPressedS) noise_.update(before(0).reading_n, sample.time_ns);
   suspect();
   if (find_step()) return;
-  const hal::Vector3 prompt_n = before(0).reading_n - zero_n();
+  hal::Vector3 zero = zero_n();
+  const hal::Vector3 prompt_n = before(0).reading_n - zero;
   const bool is_little = !exceeds(prompt_n, kLoadN);
   const bool is_free = !is_waiting_ && is_little;  // as far as this shows
-  if (is_waiting_ && !has_jumped_ && is_little) drift_.follow(prompt_n, s, is_at_rest());
+  if (is_waiting_ && !has_jumped_ && is_little) {
+    drift_.follow(prompt_n, s, is_at_rest());
+    zero = zero_n();
+  }
   peak_inertia_n_ *= left_of_peak(s, is_free ? kPeakRestS : kPeakFadeS);
   if (is_free) {
     at_proof_s_ = 0.0;
@@ -175,7 +185,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   }
   const hal::Quaternion to_rig =
       is_turned_ ? product(sample.tip_orientation, parameters_.sensor_to_tool) : sample.tip_orientation;
-  const Load now = load(to_rig);
+  const Load now = load(to_rig, zero);
   if (is_free) {
     if (is_held(now)) {
       unloaded_s_ = 0.0;
@@ -208,6 +218,34 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   follow(now, to_rig);
 }
 
+void LoadWatch::remember(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept {
+  if (newest_ > 0 && before(0).end_s > kIntegratedS) shift_integrals();
+  const double s = under_way_s_;
+  const hal::Vector3 reading_n = looks_ > 1 ? under_way_n_ * (1.0 / looks_) : under_way_n_;
+  const hal::Vector3 twice_n_s2 = before(0).twice_n_s2 + (once_n_s_ + reading_n * (0.5 * s)) * s;
+  const double end_s = before(0).end_s + s;
+  once_n_s_ = once_n_s_ + reading_n * s;
+  if (newest_ == 0 || ++newest_ == 2 * kSlots) newest_ = kSlots;
+  slots_[newest_] = slots_[newest_ - kSlots] = {reading_n, twice_n_s2, last_weight_n_, sample.tip_position_mm,
+                                                device_n,  s,          end_s,          unloaded_s()};
+  filled_ = std::min(filled_ + 1, kSlots);
+  if (filled_ > 2 * kHalf) is_after_gap_ = false;
+  // No slot is shorter than kSlotS, and so no mean of several.
+  short_slots_ = s < kMaxLonger * kSlotS ? short_slots_ + 1 : 0;
+  under_way_s_ = 0.0;
+  looks_ = 0;
+}
+
+void LoadWatch::shift_integrals() noexcept {
+  const double by_s = before(0).end_s;
+  const hal::Vector3 by_n_s2 = before(0).twice_n_s2;
+  for (Slot& slot : slots_) {
+    slot.end_s -= by_s;
+    slot.twice_n_s2 = slot.twice_n_s2 - by_n_s2 - once_n_s_ * slot.end_s;
+  }
+  once_n_s_ = {};
+}
+
 void LoadWatch::follow_drift(const hal::Vector3& reading_n, double s) noexcept {
   run_slots_ = 0;
   drift_.follow(reading_n, s, is_at_rest());
@@ -234,7 +272,8 @@ void LoadWatch::begin_stretch(const Load& load, const hal::Quaternion& to_rig) n
   lowest_mm_ = 0.0;
   // By the mean: a stretch often begins with a reading that noise alone has moved.
   const hal::Vector3 off_n = load.mean_n + jump_n_ + first_n_ - proven_jump_n_ - proven_first_n_;
-  is_as_proven_ = has_proof_ && !exceeds(off_n, kLoadN) && squared(off_n) < squared(load.mean_n);
+  is_as_proven_ =
+      has_proof_ && formers_ > 0 && !exceeds(off_n, kLoadN) && squared(off_n) < squared(load.mean_n);
   const double size_n = is_as_proven_ ? 0.0 : norm(load.mean_n);
   stretch_along_ = size_n > kLoadN ? rotated(to_rig, load.mean_n) * (1.0 / size_n) : hal::Vector3{};
 }

@@ -129,6 +129,8 @@ class LoadWatch {
   static constexpr std::size_t kAfter = 4;
   static constexpr std::size_t kStepSlots = kBefore + 2 + kAfter;
   static constexpr std::size_t kHalf = 6;  // slots of half the triangle: an encoder count is 20 mN at most
+  static constexpr double kMaxLonger = 3.0;     // than the mean of a triangle's slots: more hides what happened in it
+  static constexpr double kIntegratedS = 0.25;  // at once: a mean of six slots is then exact to 1e-13 of the reading
   static constexpr double kFlatShare = 0.15;
   static constexpr double kSeenShare = 0.6;  // of a step, between the slots next to it
   static constexpr double kFlatN = 0.02;  // six deviations of a slot's noise
@@ -166,10 +168,13 @@ class LoadWatch {
   /// Mean of the reading (sensor frame, weight taken off) and where the tip was at its end.
   struct Slot {
     hal::Vector3 reading_n;
+    hal::Vector3 twice_n_s2;  ///< the readings integrated twice up to its end: their mean under a triangle is a
+                              ///< second difference of it, as the acceleration is one of the positions
     hal::Vector3 weight_n;
     hal::Vector3 tip_mm;
     hal::Vector3 device_n;
     double length_s = 0.0;
+    double end_s = 0.0;       ///< time that the integral is of
     double unloaded_s = 0.0;  ///< before it
   };
   /// What the sensor bears: the reading less its zero; and the same with inertia taken off, which is late.
@@ -201,11 +206,17 @@ class LoadWatch {
   /// The present zero is that of free air.
   void prove() noexcept;
   void end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
+  /// Remembers the slot that ends now.
+  void remember(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
+  /// Begins the integrals anew with the last slot, so that what they hold stays exact.
+  void shift_integrals() noexcept;
   /// Follows the zero with what a free tool reads, for a slot of `s`.
   void follow_drift(const hal::Vector3& reading_n, double s) noexcept;
-  Load load(const hal::Quaternion& to_rig) const noexcept;
+  Load load(const hal::Quaternion& to_rig, const hal::Vector3& zero) const noexcept;
   /// What is read cannot be the tool's own.
-  bool shows_load(const Load& now) const noexcept;
+  bool shows_load(const Load& now) const noexcept { return shows_load(now, now.prompt_n, now.steady_n); }
+  /// The same of a reading that is another by some zero.
+  bool shows_load(const Load& now, const hal::Vector3& prompt_n, const hal::Vector3& steady_n) const noexcept;
   /// Returns true if the reading is the zero that was proven last, with the last jump since or without it, or one that
   /// was taken for it since. It then shows no load, or one that is as large as the other jumps and against them.
   bool is_back_at_proof(const Load& now) const noexcept;
@@ -224,7 +235,7 @@ class LoadWatch {
     return filled_ > kHalf && !exceeds(before(0).tip_mm - before(kHalf).tip_mm, kRestMm);
   }
   /// The slots of both halves of the triangle are there, none much longer than the others.
-  bool has_window(double& former_s, double& latter_s) const noexcept;
+  bool has_window() const noexcept;
   /// Least step that is one, of a load or not, on a sensor as noisy as this.
   double least_step_n(bool loaded) const noexcept {
     const double noise_n = noise_.excess_n();
@@ -246,6 +257,7 @@ class LoadWatch {
 
   LoadWatchParameters parameters_{};
   bool is_turned_ = false;  ///< the sensor, in the tool
+  double inertia_error_ = kMassError;  ///< share by which the tool's inertia may be another
   bool has_other_tool_ = false;
   hal::Vector3 weight_in_zero_n_;
   /// A ring, written twice, so that what it holds also is in one piece, the newest last at newest_.
@@ -253,12 +265,17 @@ class LoadWatch {
   std::size_t newest_ = 0;  ///< 0: there has been none
   bool is_after_gap_ = true;  ///< there are not yet enough slots to know the acceleration
   std::size_t filled_ = 0;  ///< of them, those since the last interruption, up to kSlots
-  Slot under_way_{};        ///< with the sum of its readings
-  std::uint32_t looks_ = 0;
+  std::size_t short_slots_ = 0;  ///< running, too short to be much longer than others
+  hal::Vector3 once_n_s_;        ///< the readings integrated once, up to the end of the last slot
+  // The slot under way.
+  double under_way_s_ = 0.0;
+  hal::Vector3 under_way_n_;  ///< sum of its readings
+  std::uint32_t looks_ = 0;   ///< their number
   bool has_zero_ = false;
   std::uint32_t bias_serial_ = 0;
   std::uint32_t proven_serial_ = 0;
   hal::Vector3 last_reading_n_;
+  hal::Vector3 last_weight_n_;
   hal::Vector3 jump_n_;
   hal::Vector3 first_n_;  ///< with what it began, taken for nothing until something is proven
   DriftTracker drift_;

@@ -9,49 +9,25 @@
 
 namespace hapticd::rt {
 
-bool LoadWatch::has_window(double& former_s, double& latter_s) const noexcept {
-  constexpr double kMaxLonger = 3.0;  // than the mean: more hides what happened in it
+bool LoadWatch::has_window() const noexcept {
   if (filled_ < 2 * kHalf + 1) return false;
+  if (short_slots_ >= 2 * kHalf) return true;
   double longest_s = 0.0;
-  const auto length_s = [&](const Slot* slot) {
-    double sum_s = 0.0;
-    for (std::size_t i = 0; i < kHalf; ++i, --slot) {
-      sum_s += slot->length_s;
-      longest_s = std::max(longest_s, slot->length_s);
-    }
-    return sum_s;
-  };
-  latter_s = length_s(&before(0));
-  former_s = length_s(&before(kHalf));
-  return longest_s * (2 * kHalf) < kMaxLonger * (former_s + latter_s);
+  for (std::size_t age = 0; age < 2 * kHalf; ++age) longest_s = std::max(longest_s, before(age).length_s);
+  return longest_s * (2 * kHalf) < kMaxLonger * (before(0).end_s - before(2 * kHalf).end_s);
 }
 
-LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
-  Load now;
-  const hal::Vector3 zero = zero_n();
-  now.prompt_n = now.mean_n = now.steady_n = before(0).reading_n - zero;
-  double former_s = 0.0;
-  double latter_s = 0.0;
-  if (!has_window(former_s, latter_s)) {
-    now.is_inertia_unknown = is_after_gap_ || filled_ > 2 * kHalf;
-    return now;
+LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig, const hal::Vector3& zero) const noexcept {
+  const hal::Vector3 prompt_n = before(0).reading_n - zero;
+  if (!has_window()) {
+    return {.prompt_n = prompt_n,
+            .mean_n = prompt_n,
+            .steady_n = prompt_n,
+            .is_inertia_unknown = is_after_gap_ || filled_ > 2 * kHalf};
   }
-  now.has_inertia = true;
   // Under the triangle over both halves, by time: slots may be of uneven length.
-  const Slot* slot = &before(0);
-  double end_s = 0.0;
-  hal::Vector3 latter_n_s2;
-  for (std::size_t i = 0; i < kHalf; ++i, --slot) {
-    latter_n_s2 = latter_n_s2 + slot->reading_n * (slot->length_s * (end_s + 0.5 * slot->length_s));
-    end_s += slot->length_s;
-  }
-  slot -= kHalf - 1;  // on to the oldest
-  double begin_s = 0.0;
-  hal::Vector3 former_n_s2;
-  for (std::size_t i = 0; i < kHalf; ++i, ++slot) {
-    former_n_s2 = former_n_s2 + slot->reading_n * (slot->length_s * (begin_s + 0.5 * slot->length_s));
-    begin_s += slot->length_s;
-  }
+  const double latter_s = before(0).end_s - before(kHalf).end_s;
+  const double former_s = before(kHalf).end_s - before(2 * kHalf).end_s;
   const double over_s = 2.0 / (former_s + latter_s);
   const double per_latter = over_s / latter_s;
   const double per_former = over_s / former_s;
@@ -60,38 +36,45 @@ LoadWatch::Load LoadWatch::load(const hal::Quaternion& to_rig) const noexcept {
     return (before(0).*of - middle) * per_latter - (middle - before(2 * kHalf).*of) * per_former;
   };
   const hal::Vector3 acceleration = second_difference(&Slot::tip_mm);
-  now.acceleration_mm_per_s2 = acceleration;
   const hal::Vector3 inertia_n =
       rotated(conjugate(to_rig), acceleration * inertial_force_n(parameters_.tool_mass_g, 1.0));
-  now.inertia_n = norm(inertia_n);
+  const hal::Vector3 mean_n = second_difference(&Slot::twice_n_s2) - zero;
   // The tool's mass times the way that a newton bends the device.
   const double per_n_s2 =
       inertial_force_n(parameters_.tool_mass_g + parameters_.mass_error_g, parameters_.compliance_mm_per_n);
+  double unseen_n = 0.0;
+  double swing_n = 0.0;
   if (per_n_s2 > 0.0) {
-    now.unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
-    now.swing_n = now.unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
+    unseen_n = norm(second_difference(&Slot::device_n)) * per_n_s2;
+    swing_n = unseen_n + norm(second_difference(&Slot::reading_n)) * per_n_s2;
   }
-  now.mean_n = latter_n_s2 * per_latter + former_n_s2 * per_former - zero;
-  now.steady_n = now.mean_n + inertia_n;
-  return now;
+  return {.prompt_n = prompt_n,
+          .mean_n = mean_n,
+          .steady_n = mean_n + inertia_n,
+          .acceleration_mm_per_s2 = acceleration,
+          .has_inertia = true,
+          .inertia_n = norm(inertia_n),
+          .unseen_n = unseen_n,
+          .swing_n = swing_n};
 }
 
-bool LoadWatch::shows_load(const Load& now) const noexcept {
-  const double size_n = norm(now.prompt_n);
+bool LoadWatch::shows_load(const Load& now, const hal::Vector3& prompt_n,
+                           const hal::Vector3& steady_n) const noexcept {
+  const double size_n = norm(prompt_n);
   if (!(size_n > kLoadN)) return false;
-  const double mass_g = parameters_.tool_mass_g;
-  const double error = kMassError + (mass_g > 0.0 ? parameters_.mass_error_g / mass_g : 0.0);
-  const double least_n = kLoadN + now.unseen_n + error * peak_inertia_n_;
-  if (size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kUnseenMmPerS2)) return true;
+  const double most_mass_g = parameters_.tool_mass_g + parameters_.mass_error_g;
+  const double least_n = kLoadN + now.unseen_n + inertia_error_ * peak_inertia_n_;
+  if (size_n > least_n + inertial_force_n(most_mass_g, kUnseenMmPerS2)) return true;
   // If the acceleration is not known, a free tool may have a hand's; what was pressed still is.
   if (now.is_inertia_unknown && unloaded_s_ > kPressedS) {
-    return size_n > least_n + inertial_force_n(mass_g + parameters_.mass_error_g, kHandMmPerS2);
+    return size_n > least_n + inertial_force_n(most_mass_g, kHandMmPerS2);
   }
-  return dot(now.steady_n, now.prompt_n) > size_n * least_n;
+  return dot(steady_n, prompt_n) > size_n * least_n;
 }
 
 bool LoadWatch::is_back_at_proof(const Load& now) const noexcept {
-  if (!has_proof_) return false;
+  if (!has_proof_ || formers_ == 0)
+    return false;  // without a jump since, the zero is the one that was proven
   const hal::Vector3 present_n = jump_n_ + first_n_;
   const hal::Vector3 off_n = present_n - proven_jump_n_ - proven_first_n_;
   // Under a load a zero jumps back unseen: then only the last of several jumps is left.
@@ -104,10 +87,8 @@ bool LoadWatch::is_back_at_proof(const Load& now) const noexcept {
 
 bool LoadWatch::is_nothing_without(const hal::Vector3& off_n, const Load& now) const noexcept {
   if (!exceeds(off_n, kLoadN)) return false;
-  Load without = now;
-  without.prompt_n = now.prompt_n + off_n;
-  without.steady_n = now.steady_n + off_n;
-  return squared(without.prompt_n) < squared(now.prompt_n) && !shows_load(without);
+  const hal::Vector3 prompt_n = now.prompt_n + off_n;
+  return squared(prompt_n) < squared(now.prompt_n) && !shows_load(now, prompt_n, now.steady_n + off_n);
 }
 
 bool LoadWatch::is_held(const Load& now) const noexcept {

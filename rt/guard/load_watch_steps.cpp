@@ -28,7 +28,7 @@ void LoadWatch::suspect() noexcept {
     return;
   }
   const hal::Vector3 over_two_n = now_n - before(2).reading_n;
-  if (!exceeds(over_two_n, least_step_n(false))) return;
+  if (!exceeds(over_two_n, kStepN) || !exceeds(over_two_n, least_step_n(false))) return;
   const hal::Vector3 earlier_n = before(2).reading_n - before(4).reading_n;
   if (exceeds(earlier_n, kFlatN + 0.3 * norm(over_two_n))) return;  // it has been changing all along
   is_suspected_ = true;
@@ -137,11 +137,10 @@ void LoadWatch::jump(const hal::Vector3& by_n) noexcept {
 void LoadWatch::follow_noted(const Load& load) noexcept {
   if (squared(noted_n_) == 0.0) return;
   const auto shows_more_than = [&](const hal::Vector3& step_n) {
-    Load without = load;
-    without.prompt_n = load.prompt_n - step_n;
-    without.steady_n = load.steady_n - step_n;
+    const hal::Vector3 prompt_n = load.prompt_n - step_n;
     // Once the object is left, noise at the threshold does not bring it back.
-    return shows_load(without) && (!shows_only_noted() || exceeds(without.prompt_n, 2.0 * kLoadN));
+    return shows_load(load, prompt_n, load.steady_n - step_n) &&
+           (!shows_only_noted() || exceeds(prompt_n, 2.0 * kLoadN));
   };
   bool is_other = shows_more_than(noted_n_);
   hal::Vector3 left_n = noted_n_;
