@@ -39,8 +39,7 @@ class BasicContactOnset {
   void remember(const Place& place_mm, const Place& prompt_force_n, std::int64_t force_ns = 0,
                 double late_s = 0.0) noexcept {
     newest_ = newest_ + 1 < memory_ ? newest_ + 1 : 0;
-    const double late_ticks = std::clamp(late_s * rate_hz_, 0.0, static_cast<double>(memory_));
-    ring_[newest_] = {place_mm, magnitude(prompt_force_n), force_ns, static_cast<std::size_t>(late_ticks)};
+    ring_[newest_] = {place_mm, magnitude(prompt_force_n), force_ns, late_s};
     filled_ = std::min(filled_ + 1, memory_);
   }
   void forget() noexcept { filled_ = 0; }
@@ -52,7 +51,9 @@ class BasicContactOnset {
     const std::size_t oldest = filled_ - 1;
     std::size_t age = 0;
     while (age < oldest && !(before(age).force_n <= quiet_n)) ++age;
-    return before(std::min(age + force_age_ + before(age).late_ticks, oldest)).place_mm;
+    // Whole ticks, by which the place is later.
+    const double late_ticks = std::clamp(before(age).late_s * rate_hz_, 0.0, static_cast<double>(memory_));
+    return before(std::min(age + force_age_ + static_cast<std::size_t>(late_ticks), oldest)).place_mm;
   }
 
   /// Instant at which the contact began: where the straight line through the force of the last quiet tick and
@@ -116,7 +117,7 @@ class BasicContactOnset {
     Place place_mm{};
     double force_n = 0.0;
     std::int64_t force_ns = 0;
-    std::size_t late_ticks = 0;  ///< whole ones, by which the place is later
+    double late_s = 0.0;  ///< by which the place is later
   };
   const Moment& before(std::size_t age) const noexcept {
     return ring_[newest_ >= age ? newest_ - age : newest_ + memory_ - age];

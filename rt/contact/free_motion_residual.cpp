@@ -14,6 +14,7 @@ BasicFreeMotionResidual<Value>::BasicFreeMotionResidual(double tool_mass_g, doub
     : tool_mass_g_(tool_mass_g),
       rate_hz_(rate_hz),
       delay_s_(2.0 * ButterworthLowPass::low_frequency_delay_s(kCutoffHz)),
+      prompt_age_ns_(static_cast<std::int64_t>(0.5e9 * (kPromptMeanS - 1.0 / rate_hz))),
       unseen_jerk_n_per_s_(inertial_force_n(tool_mass_g, kUnseenJerkMmPerS3)),
       unseen_n_(delay_s_ * unseen_jerk_n_per_s_),
       lead_force_(kLeadMeanS, rate_hz),

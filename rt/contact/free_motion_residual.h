@@ -83,9 +83,7 @@ class BasicFreeMotionResidual {
   /// back at how a contact began.
   Value prompt_force_n() const noexcept { return prompt_force_.mean() - last_inertia_n_; }
   /// The instant that it stands for: the middle of the mean.
-  std::int64_t prompt_force_ns() const noexcept {
-    return last_.force_ns - static_cast<std::int64_t>(0.5e9 * (kPromptMeanS - 1.0 / rate_hz_));
-  }
+  std::int64_t prompt_force_ns() const noexcept { return last_.force_ns - prompt_age_ns_; }
 
  private:
   /// All that passes L, in pairs.
@@ -106,18 +104,8 @@ class BasicFreeMotionResidual {
     Value force_n() const noexcept { return signal(1); }
     Value inertia_n() const noexcept { return signal(2); }
 
-    friend Signals operator+(Signals a, const Signals& b) noexcept {
-      for (std::size_t i = 0; i < kPairs; ++i) a.pairs_[i] += b.pairs_[i];
-      return a;
-    }
-    friend Signals operator-(Signals a, const Signals& b) noexcept {
-      for (std::size_t i = 0; i < kPairs; ++i) a.pairs_[i] -= b.pairs_[i];
-      return a;
-    }
-    friend Signals operator*(Signals a, double s) noexcept {
-      for (NumberPair& pair : a.pairs_) pair *= s;
-      return a;
-    }
+    auto& parts() noexcept { return pairs_; }
+    const auto& parts() const noexcept { return pairs_; }
 
    private:
     static constexpr bool kIsScalar = std::is_same_v<Value, double>;
@@ -156,6 +144,7 @@ class BasicFreeMotionResidual {
   double tool_mass_g_;
   double rate_hz_;
   double delay_s_;
+  std::int64_t prompt_age_ns_;  ///< by which the mean of prompt_force_n() is older than a tick's force
   double unseen_jerk_n_per_s_;  ///< m j_0
   double unseen_n_;
   SlidingMean<Value> lead_force_, prompt_force_;

@@ -50,11 +50,11 @@ bool ZeroTracker::take_bias(std::uint32_t bias_serial) noexcept {
 }
 
 bool ZeroTracker::is_far() const noexcept {
-  return norm(force_n()) > 0.5 * bound_n_;
+  return exceeds(force_n(), 0.5 * bound_n_);
 }
 
 bool ZeroTracker::is_spent() const noexcept {
-  return norm(force_n()) > 0.999 * bound_n_;
+  return exceeds(force_n(), 0.999 * bound_n_);
 }
 
 FaultSet ZeroTracker::faults(bool is_unknown) const noexcept {

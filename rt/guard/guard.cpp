@@ -12,7 +12,8 @@ namespace {
 /// Returns false for NaN and infinity, and for numbers that no sensor measures: one of 1e300 would poison a
 /// filter for seconds.
 bool sane(const hal::Vector3& v) noexcept {
-  constexpr double kAbsurd = 1e4;  // 10 m, 10 kN, 10 N·m
+  constexpr double kAbsurd = 1e4;                  // 10 m, 10 kN, 10 N·m
+  if (dot(v, v) < kAbsurd * kAbsurd) return true;  // nearly always
   return std::abs(v.x) < kAbsurd && std::abs(v.y) < kAbsurd && std::abs(v.z) < kAbsurd;
 }
 
@@ -253,6 +254,7 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
     wanted_n_ = wanted_n * (kRounding * max_modulated_n / modulated_n) + assistance_n;
     limited |= guard_limit::kFreeAir;
   }
+  const double wanted_n2 = dot(wanted_n_, wanted_n_);
   if (!sane(wanted_n_)) [[unlikely]] {
     present_ |= set_of(GuardFault::kNonFinite);
     apply_faults(set_of(GuardFault::kNonFinite));
@@ -261,7 +263,7 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
 
   hal::Vector3 force;
   // Mostly so in free air: then there is nothing to bound.
-  const bool is_nothing = dot(wanted_n_, wanted_n_) == 0.0 && dot(last_force_n_, last_force_n_) == 0.0;
+  const bool is_nothing = wanted_n2 == 0.0 && dot(last_force_n_, last_force_n_) == 0.0;
   if (authority_ > 0.0 && !is_nothing) {
     double max_force_n = limits_.max_force_n;
     // What the arm can give in this pose: rendered weaker instead of faulted by the device.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 #include "hal/samples.h"
@@ -12,7 +13,7 @@ namespace hapticd::rt {
 /// prewarped, so the gain at the cut-off is exactly 1/√2; at any other it is the same filter in time: second
 /// order, stable for any interval, and a constant stays one. Gain 1 and group delay √2 / (2π cutoff) at low
 /// frequency (4.5 ms at 50 Hz).
-/// `Value` is one number, a vector of three, or any other signal that can be added and scaled.
+/// `Value` is one number, a vector of three, or several such parts(), which are filtered alike.
 template <class Value>
 class BasicButterworthLowPass {
  public:
@@ -23,10 +24,14 @@ class BasicButterworthLowPass {
   /// `periods`: of the loop since the last input, ≥ 0.
   const Value& update(const Value& input, double periods = 1.0) noexcept {
     if (periods != step_.periods) step_ = periods == 1.0 ? nominal_ : over(periods);
-    const Value slope = slope_ * step_.keep + (input + input_ - output_ - output_) * step_.take;
-    output_ = output_ + (slope_ + slope) * step_.periods;
-    slope_ = slope;
-    input_ = input;
+    // Part by part, so that hardly more is held at a time than there are registers.
+    if constexpr (requires { input.parts(); }) {
+      for (std::size_t i = 0; i < input.parts().size(); ++i) {
+        advance(step_, input.parts()[i], input_.parts()[i], output_.parts()[i], slope_.parts()[i]);
+      }
+    } else {
+      advance(step_, input, input_, output_, slope_);
+    }
     return output_;
   }
   /// Settles at `value` as if it had been the input for ever: no start-up transient.
@@ -47,6 +52,14 @@ class BasicButterworthLowPass {
     double keep;
     double take;
   };
+  template <class Part>
+  static void advance(const Step& step, const Part& input, Part& last_input, Part& output,
+                      Part& slope) noexcept {
+    const Part next = slope * step.keep + (input + last_input - output - output) * step.take;
+    output = output + (slope + next) * step.periods;
+    slope = next;
+    last_input = input;
+  }
   Step over(double periods) const noexcept {
     const double g = k_ * periods;
     const double scale = 1.0 / (1.0 + std::numbers::sqrt2 * g + g * g);

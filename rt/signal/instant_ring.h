@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -16,24 +15,20 @@ class InstantRing {
   static constexpr std::size_t kSize = 64;
 
   /// Forgets the past: `value` counts as what it always was.
-  void seed(std::int64_t instant_ns, const Value& value) noexcept {
-    filled_ = 0;
-    push(instant_ns, value);
-  }
+  void seed(std::int64_t instant_ns, const Value& value) noexcept { ring_.fill({instant_ns, value}); }
   /// `instant_ns`: later than the last one.
   void push(std::int64_t instant_ns, const Value& value) noexcept {
     newest_ = (newest_ + 1) % kSize;
     ring_[newest_] = {instant_ns, value};
-    filled_ = std::min(filled_ + 1, kSize);
   }
   std::int64_t newest_ns() const noexcept { return ring_[newest_].instant_ns; }
-  std::int64_t oldest_ns() const noexcept { return before(filled_ - 1).instant_ns; }
+  std::int64_t oldest_ns() const noexcept { return before(kSize - 1).instant_ns; }
   const Value& newest() const noexcept { return ring_[newest_].value; }
   /// Value at an instant within what is held; the nearest end outside it.
   Value at(std::int64_t instant_ns) const noexcept {
     const Entry* later = &ring_[newest_];
     if (instant_ns >= later->instant_ns) return later->value;
-    for (std::size_t age = 1; age < filled_; ++age) {
+    for (std::size_t age = 1; age < kSize; ++age) {
       const Entry& earlier = before(age);
       if (instant_ns >= earlier.instant_ns) {
         const double share = static_cast<double>(instant_ns - earlier.instant_ns) /
@@ -53,8 +48,7 @@ class InstantRing {
   const Entry& before(std::size_t age) const noexcept { return ring_[(newest_ + kSize - age) % kSize]; }
 
   std::array<Entry, kSize> ring_{};
-  std::size_t newest_ = kSize - 1;
-  std::size_t filled_ = 0;
+  std::size_t newest_ = 0;
 };
 
 }  // namespace hapticd::rt
