@@ -29,14 +29,14 @@ void DahlFilter::predict(const FrictionSlide& slide, const hal::Vector3& normal,
     const hal::Vector3 along = direction_or(slide.slide_mm, {});
     const double signed_to_go = kinetic > 0.0 ? 1.0 - dot(along, coefficient_) / kinetic : 1.0;
     const double to_go = std::min(std::abs(signed_to_go), 2.0);
-    const double kept = dahl_decay_factor(to_go, path_mm, friction_.presliding_mm, friction_.exponent);
-    const DahlSensitivity sensitivity = dahl_sensitivity(kept, friction_.exponent);
+    const DahlDecay decay = dahl_decay(to_go, path_mm, friction_.presliding_mm, friction_.exponent);
+    const DahlSensitivity sensitivity = dahl_sensitivity(decay, friction_.exponent);
     const hal::Vector3 sliding = along * kinetic;
     const hal::Vector3 lacking = coefficient_ - sliding;
     kept_of_error = sensitivity.to_start;
     by_presliding = norm(lacking) * sensitivity.to_presliding *
                     std::max(kMinPreslidingError, friction_.presliding_relative_error);
-    coefficient_ = sliding + lacking * kept;
+    coefficient_ = sliding + lacking * decay.kept;
   }
   const double kept_of_variance = kept_of_error * kept_of_error;
   variance_ = kept_of_variance * variance_ + (1.0 - kept_of_variance) * level_error * level_error +

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "rt/signal/vector.h"
 
@@ -11,26 +12,37 @@ namespace hapticd::rt {
 ///   u⁺ = u exp(-l/δ) for i = 1,   u⁺ = (u^(1-i) - (1-i) l/δ)^(1/(1-i)) otherwise.
 /// For i < 1 full friction is reached after the finite way δ u^(1-i) / (1-i); i = 0 is straight up to there.
 /// 0 ≤ i ≤ 3; continuous at i = 1. δ → 0 is Coulomb friction.
+struct DahlDecay {
+  double kept = 0.0;  ///< u⁺/u
+  double log_kept = -std::numeric_limits<double>::infinity();
+};
+inline DahlDecay dahl_decay(double to_go, double path_mm, double presliding_mm, double exponent) noexcept {
+  if (!(presliding_mm > 0.0)) return {};
+  double log_kept = -path_mm / presliding_mm;
+  if (exponent != 1.0) {
+    if (!(to_go > 0.0)) return {};  // there already
+    const double rest = 1.0 - exponent;
+    const double spent = rest * (path_mm / presliding_mm) * std::pow(to_go, -rest);
+    if (!(spent < 1.0)) return {};
+    log_kept = std::log1p(-spent) / rest;
+  }
+  return {std::exp(log_kept), log_kept};
+}
 inline double dahl_decay_factor(double to_go, double path_mm, double presliding_mm,
                                 double exponent) noexcept {
-  if (!(presliding_mm > 0.0)) return 0.0;
-  if (exponent == 1.0) return std::exp(-path_mm / presliding_mm);
-  if (!(to_go > 0.0)) return 0.0;  // there already
-  const double rest = 1.0 - exponent;
-  const double spent = rest * (path_mm / presliding_mm) * std::pow(to_go, -rest);
-  return spent < 1.0 ? std::exp(std::log1p(-spent) / rest) : 0.0;
+  return dahl_decay(to_go, path_mm, presliding_mm, exponent).kept;
 }
 
-/// What a step's result depends on, by its dahl_decay_factor() `kept`. With exponent i:
+/// What a step's result depends on, by its dahl_decay(). With exponent i:
 ///   ∂u⁺/∂u = kept^i,   ∂(u⁺/u)/∂ln δ = (kept^i - kept)/(1 - i), which is kept ln(1/kept) for i = 1.
 struct DahlSensitivity {
   double to_start = 0.0;       ///< of what is left of the way on what was
   double to_presliding = 0.0;  ///< of `kept` on the relative error of the presliding distance
 };
-inline DahlSensitivity dahl_sensitivity(double kept, double exponent) noexcept {
+inline DahlSensitivity dahl_sensitivity(const DahlDecay& decay, double exponent) noexcept {
+  const auto [kept, log_kept] = decay;
   if (!(kept > 0.0)) return {};
   const double rest = 1.0 - exponent;
-  const double log_kept = std::log(kept);
   const double to_start = rest == 0.0 ? kept : std::exp(exponent * log_kept);
   // expm1: continuous at i = 1.
   const double to_presliding =

@@ -104,17 +104,18 @@ TEST(Dahl, PassesThroughExponentOneWithoutAStep) {
 
 TEST(Dahl, ItsSensitivityIsContinuousAtExponentOneAndEndsWhereFrictionIsFull) {
   for (const double kept : {1.0, 0.9, 0.3, 1e-6}) {
-    const DahlSensitivity exact = dahl_sensitivity(kept, 1.0);
+    const DahlSensitivity exact = dahl_sensitivity({kept, std::log(kept)}, 1.0);
     EXPECT_DOUBLE_EQ(exact.to_start, kept);
     EXPECT_DOUBLE_EQ(exact.to_presliding, kept == 1.0 ? 0.0 : kept * std::log(1.0 / kept));
     for (const double off : {-1e-6, -1e-10, 1e-10, 1e-6}) {
-      EXPECT_NEAR(dahl_sensitivity(kept, 1.0 + off).to_start, exact.to_start, 1e-4 * kept);
-      EXPECT_NEAR(dahl_sensitivity(kept, 1.0 + off).to_presliding, exact.to_presliding, 1e-4 * kept);
+      EXPECT_NEAR(dahl_sensitivity({kept, std::log(kept)}, 1.0 + off).to_start, exact.to_start, 1e-4 * kept);
+      EXPECT_NEAR(dahl_sensitivity({kept, std::log(kept)}, 1.0 + off).to_presliding, exact.to_presliding,
+                  1e-4 * kept);
     }
   }
   for (const double exponent : {0.0, 0.5, 1.0, 3.0}) {
-    EXPECT_EQ(dahl_sensitivity(0.0, exponent).to_start, 0.0) << "nothing of the start is left";
-    EXPECT_EQ(dahl_sensitivity(0.0, exponent).to_presliding, 0.0);
+    EXPECT_EQ(dahl_sensitivity({}, exponent).to_start, 0.0) << "nothing of the start is left";
+    EXPECT_EQ(dahl_sensitivity({}, exponent).to_presliding, 0.0);
   }
 }
 
