@@ -107,16 +107,13 @@ inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed)
 
 bool Guard::follow(const hal::RigSample& sample, bool fit) noexcept {
   if (!fit) {
-    has_position_ = false;
     speed_.reset();
     return false;
   }
   const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
-  speed_.update(sample.tip_position_mm, seconds_between(last_position_ns_, position_ns, period_s_));
-  const hal::Vector3 step_mm = has_position_ ? sample.tip_position_mm - last_position_mm_ : hal::Vector3{};
-  last_position_mm_ = sample.tip_position_mm;
+  const hal::Vector3 step_mm =
+      speed_.update(sample.tip_position_mm, seconds_between(last_position_ns_, position_ns, period_s_));
   last_position_ns_ = position_ns;
-  has_position_ = true;
   return oscillation_.update(last_force_n_, step_mm, sample.time_ns);
 }
 

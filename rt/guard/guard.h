@@ -196,9 +196,7 @@ class Guard {
   double allowed_n_ = kFreeAirN;  ///< by the load and by what is suspected
   PushSpeed speed_;
   OscillationMonitor oscillation_;
-  hal::Vector3 last_position_mm_;
-  std::int64_t last_position_ns_ = 0;
-  bool has_position_ = false;
+  std::int64_t last_position_ns_ = 0;  ///< of the encoders' last reading
   std::int64_t last_time_ns_ = 0;
   bool has_time_ = false;
 };

@@ -26,12 +26,13 @@ class PushSpeed {
   static constexpr double kSmoothingS = 7e-3;  ///< eight ticks of 1 kHz
   static constexpr double kCountsMm = 0.1;     ///< three counts of the coarsest device at once
 
-  /// The tip was at `position_mm`, `interval_s` > 0 after the last time.
-  void update(const hal::Vector3& position_mm, double interval_s) noexcept {
+  /// The tip was at `position_mm`, `interval_s` > 0 after the last time. Returns its step since then, zero at
+  /// the first position.
+  hal::Vector3 update(const hal::Vector3& position_mm, double interval_s) noexcept {
     if (count_ == 0) {
       now_.position_mm = position_mm;
       remember();
-      return;
+      return {};
     }
     const hal::Vector3 step_mm = position_mm - now_.position_mm;
     follow_fastest(step_mm, interval_s);
@@ -39,6 +40,7 @@ class PushSpeed {
         smoothed_mm_per_s_ + (step_mm - smoothed_mm_per_s_ * interval_s) * (1.0 / (interval_s + kSmoothingS));
     if (now_.time_s - places_[(count_ - 1) % kPlaces].time_s >= kSpacingS) remember();
     now_ = {position_mm, now_.time_s + interval_s};
+    return step_mm;
   }
   /// A position was missed: what is known of the speed is over.
   void reset() noexcept { *this = {}; }
