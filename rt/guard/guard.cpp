@@ -239,19 +239,15 @@ hal::Vector3 Guard::within_bounds(hal::Vector3 force_n, double max_force_n,
   return force_n;
 }
 
-hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
-                            const hal::Vector3& assistance_n) noexcept {
-  const double max_in_pose_n = admission.sample_.max_force_n;
-  std::uint8_t limited = 0;
+hal::Vector3 Guard::bounded(const hal::Vector3& wanted_n, const hal::Vector3& assistance_n,
+                            double max_in_pose_n, std::uint8_t& limited) noexcept {
   const double max_modulated_n = max_in_free_air_n();
   const double modulated_n = std::sqrt(dot(wanted_n, wanted_n));
-  wanted_n_ = wanted_n + assistance_n;
   if (modulated_n > max_modulated_n) {
     constexpr double kRounding = 1.0 - 1e-12;
     wanted_n_ = wanted_n * (kRounding * max_modulated_n / modulated_n) + assistance_n;
     limited |= guard_limit::kFreeAir;
   }
-  const double wanted_n2 = dot(wanted_n_, wanted_n_);
   if (!sane(wanted_n_)) [[unlikely]] {
     present_ |= set_of(GuardFault::kNonFinite);
     apply_faults(set_of(GuardFault::kNonFinite));
@@ -259,9 +255,7 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
   if (state_ != GuardState::kRendering) update_authority();
 
   hal::Vector3 force;
-  // Mostly so in free air: then there is nothing to bound.
-  const bool is_nothing = wanted_n2 == 0.0 && dot(last_force_n_, last_force_n_) == 0.0;
-  if (authority_ > 0.0 && !is_nothing) {
+  if (authority_ > 0.0) {
     double max_force_n = limits_.max_force_n;
     // What the arm can give in this pose: rendered weaker instead of faulted by the device.
     const bool pose_decides = max_in_pose_n > 0.0 && max_in_pose_n < max_force_n;
@@ -283,15 +277,30 @@ hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, s
     if (pose_decides && (limited & guard_limit::kForce) != 0) limited |= guard_limit::kPose;
     force = {without_traces(force.x), without_traces(force.y), without_traces(force.z)};
   }
-  last_force_n_ = force;
   const hal::Vector3 rendered = force - assistance_n;
   const double stands_n = std::sqrt(dot(rendered, rendered));
   rendered_n_ = std::min(stands_n, std::min(modulated_n, max_modulated_n));
+  return force;
+}
+
+hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
+                            const hal::Vector3& assistance_n) noexcept {
+  std::uint8_t limited = 0;
+  wanted_n_ = wanted_n + assistance_n;
+  // Mostly so in free air: then there is nothing to bound.
+  const bool is_nothing = dot(wanted_n, wanted_n) == 0.0 && dot(last_force_n_, last_force_n_) == 0.0 &&
+                          dot(assistance_n, assistance_n) == 0.0;
+  if (is_nothing) {
+    rendered_n_ = 0.0;
+    if (state_ != GuardState::kRendering) update_authority();
+  } else {
+    last_force_n_ = bounded(wanted_n, assistance_n, admission.sample_.max_force_n, limited);
+  }
   if (unloaded_s_ <= kFreeAirFromS) loaded_n_ = rendered_n_;
 
   reported_ = present_ | std::exchange(raised_, 0);
   limited_ = static_cast<std::uint8_t>(held_back | limited);
-  return force;
+  return last_force_n_;
 }
 
 void Guard::fill_record(TickRecord& record) const noexcept {

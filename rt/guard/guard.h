@@ -165,6 +165,9 @@ class Guard {
   bool is_load_sure() noexcept;
   /// What free air allows of a pipeline's force: infinite while the sensor bears a load.
   double max_in_free_air_n() const noexcept;
+  /// What of `wanted_n` and `assistance_n` may go to the device; adds to `limited` what was bounded.
+  hal::Vector3 bounded(const hal::Vector3& wanted_n, const hal::Vector3& assistance_n, double max_in_pose_n,
+                       std::uint8_t& limited) noexcept;
   /// Force within magnitude and power; adds to `limited` what was needed.
   hal::Vector3 within_bounds(hal::Vector3 force_n, double max_force_n, std::uint8_t& limited) const noexcept;
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "hal/samples.h"
 
@@ -35,6 +36,9 @@ class OscillationMonitor {
   /// Takes a force that was applied while the tip moved by `step_mm`, until `time_ns`. True: it oscillates;
   /// starts over then.
   bool update(const hal::Vector3& force_n, const hal::Vector3& step_mm, std::int64_t time_ns) noexcept {
+    const bool is_nothing = dot(force_n, force_n) == 0.0;
+    if (std::exchange(was_nothing_, is_nothing) && is_nothing)
+      return false;  // as before: mostly so in free air
     energy_mj_ += dot(force_n, step_mm);
     const hal::Vector3 traced_n = force_n - turn_n_;
     const double traced_n2 = dot(traced_n, traced_n);
@@ -82,6 +86,7 @@ class OscillationMonitor {
   hal::Vector3 farthest_n_;  ///< the farthest from there since
   double reach_n2_ = 0.0;    ///< its distance from there, squared
   double energy_mj_ = 0.0;
+  bool was_nothing_ = false;  ///< the force before
 };
 
 }  // namespace hapticd::rt
