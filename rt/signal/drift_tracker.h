@@ -38,9 +38,9 @@ class DriftTracker {
     if (std::exchange(is_seen_, false)) {
       unseen_n_ = by_n;
     } else {
-      const hal::Vector3 unseen_n = within(unseen_n_ + by_n, kMaxUnseenN);
-      by_n = unseen_n - unseen_n_;
-      unseen_n_ = unseen_n;
+      const hal::Vector3 unseen_n = unseen_n_ + by_n;
+      if (exceeds(unseen_n, kMaxUnseenN)) by_n = within(unseen_n, kMaxUnseenN) - unseen_n_;
+      unseen_n_ = unseen_n_ + by_n;
     }
     value_n_ = value_n_ + by_n;
   }
