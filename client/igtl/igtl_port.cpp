@@ -37,7 +37,7 @@ IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, HeaderVersion se
   addrinfo* found = nullptr;
   const std::string service = std::to_string(port);
   if (const int error = getaddrinfo(host.c_str(), service.c_str(), &wanted, &found); error != 0) {
-    throw std::runtime_error(host + " is no address: " + gai_strerror(error));
+    throw std::runtime_error(host + " is not an address: " + gai_strerror(error));
   }
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, freeaddrinfo);
   listener_ = socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);

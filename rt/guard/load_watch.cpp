@@ -73,7 +73,7 @@ void LoadWatch::forget_zero() noexcept {
   noted_n_ = {};
 }
 
-// A function of its own, as update(): among all that is flattened into a tick its numbers would go to the
+// A separate function, as update() is: among all that is flattened into a tick its numbers would go to the
 // stack and back.
 [[gnu::noinline]] hal::Vector3 LoadWatch::weight_n(const hal::RigSample& sample) const noexcept {
   const hal::Vector3 weight_n =

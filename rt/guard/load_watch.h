@@ -215,7 +215,7 @@ class LoadWatch {
   Load load(const hal::Quaternion& to_rig, const hal::Vector3& zero) const noexcept;
   /// What is read cannot be the tool's own.
   bool shows_load(const Load& now) const noexcept { return shows_load(now, now.prompt_n, now.steady_n); }
-  /// The same of a reading that is another by some zero.
+  /// Whether a reading that differs by some zero cannot be the tool's own.
   bool shows_load(const Load& now, const hal::Vector3& prompt_n, const hal::Vector3& steady_n) const noexcept;
   /// Returns true if the reading is the zero that was proven last, with the last jump since or without it, or one that
   /// was taken for it since. It then shows no load, or one that is as large as the other jumps and against them.

@@ -30,6 +30,7 @@ std::uint64_t download(client::RecordingStream stream, const std::string& path) 
   std::uint64_t total = 0;
   v1::RecordingPiece piece;
   std::ofstream file;
+  bool has_part = false;
   try {
     for (;;) {
       const auto event = stream.next(piece, std::chrono::milliseconds(100));
@@ -40,7 +41,10 @@ std::uint64_t download(client::RecordingStream stream, const std::string& path) 
       if (!file.is_open()) {
         total = piece.total_bytes();
         check_room(total, path);
+        std::error_code ignored;
+        std::filesystem::remove(part, ignored);  // of a download that was killed; a link would be followed
         file.open(part, std::ios::binary | std::ios::trunc);
+        has_part = true;
         if (!file) throw LocalError("cannot write the file", path, "", "", "see the rights of its folder");
       }
       bytes += piece.data().size();
@@ -55,7 +59,7 @@ std::uint64_t download(client::RecordingStream stream, const std::string& path) 
     std::filesystem::rename(part, path);
   } catch (...) {
     std::error_code ignored;
-    std::filesystem::remove(part, ignored);
+    if (has_part) std::filesystem::remove(part, ignored);
     throw;
   }
   return bytes;
