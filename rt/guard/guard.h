@@ -200,6 +200,7 @@ class Guard {
   PushSpeed speed_;
   OscillationMonitor oscillation_;
   std::int64_t last_position_ns_ = 0;  ///< of the encoders' last reading
+  std::int64_t followed_ns_ = 0;  ///< sum of the intervals between fit samples
   std::int64_t last_time_ns_ = 0;
   bool has_time_ = false;
 };

@@ -105,6 +105,25 @@ TEST(OscillationMonitor, ASwingOnOneSideOfZeroCountsToo) {
   EXPECT_TRUE(noticed);
 }
 
+TEST(OscillationMonitor, ARecordingThatIsPlayedRoundAndRoundGoesBackInTimeAndSwingsNoFaster) {
+  GuardLimits limits;
+  limits.max_force_n = 8.5;
+  limits.max_force_rate_n_per_s = 1e5;
+  limits.max_power_w = 100.0;
+  Guard guard(limits, 1000.0);
+  double force_n = 0.0;
+  hal::RigSample sample;
+  for (int tick = 0; tick < 40'000; ++tick) {
+    const int in_round = tick % 1000;
+    const double wanted_n = in_round < 500 ? 4.0 : -4.0;
+    sample.tick = static_cast<std::uint64_t>(tick);
+    sample.time_ns = 1'000'000LL * in_round;
+    sample.tip_position_mm.z += 1e-3 * force_n;
+    force_n = guard.release(guard.admit(sample), {0.0, 0.0, wanted_n}, 0).z;
+    ASSERT_EQ(guard.state(), GuardState::kRendering) << "after " << tick << " ticks";
+  }
+}
+
 TEST(OscillationMonitor, TheGuardCutsAndLatchesAndWatchesAgainAfterAClear) {
   GuardLimits limits;
   limits.max_force_n = 8.5;
