@@ -20,6 +20,11 @@ failed_in() {
 tests_in() {
   sed -nE 's/^[0-9]+% tests passed, [0-9]+ tests failed out of ([0-9]+)$/\1/p' "$1" | tail -1
 }
+# exactly: a pattern of the names that its input has, one a line. By their numbers (--rerun-failed) other tests would run: ctest
+# counts only those that -E and -LE leave.
+exactly() {
+  echo "^($(sed -E 's/[][\\.*+?()^$|]/\\&/g' | paste -sd'|'))( |\$)"
+}
 # in_a_row: the lines of its input as "A, B, C".
 in_a_row() {
   paste -sd, | sed 's/,/, /g'
@@ -41,8 +46,13 @@ fi
 
 echo "run_tests.sh: failed tests are run once more, one at a time" >&2
 status=0
-ctest --preset "$preset" --rerun-failed -j1 | tee "$work/second" || status=$?
+ctest --preset "$preset" -R "$(exactly <"$work/failed_once")" -j1 | tee "$work/second" || status=$?
 failed_in "$work/second" >"$work/failed_twice"
+again=$(tests_in "$work/second")
+if [[ -n $again && $again -lt $(wc -l <"$work/failed_once") ]]; then
+  echo "run_tests.sh: only $again of the failed tests were found to be run again"
+  exit 1
+fi
 grep -vxFf "$work/failed_twice" "$work/failed_once" >"$work/passed_alone" || true
 if [[ $status != 0 && ! -s $work/failed_twice ]]; then  # ctest ended without saying what failed: nothing is known to pass
   exit "$status"

@@ -54,7 +54,12 @@ class RunTests(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertEqual(lines[-1], "run_tests.sh: 2305 passed, 0 failed; 2 passed only when run again alone: A.B, C/D.E/3")
         self.assertEqual(lines[-2], "100% tests passed, 0 tests failed out of 2305")
-        self.assertEqual(calls[1:], ["--preset release --rerun-failed -j1"])
+        self.assertEqual(calls[1:], [r"--preset release -R ^(A\.B|C/D\.E/3)( |$) -j1"])
+
+    def test_what_is_not_run_again_has_not_passed(self):
+        first = output(9, ["A.B (Failed)", "C.D (Failed)"])
+        code, lines, _ = self.run_with((first, 8), (output(1, []), 0))
+        self.assertEqual((code, lines[-1]), (1, "run_tests.sh: only 1 of the failed tests were found to be run again"))
 
     def test_too_many_of_them_are_a_failure(self):
         first = output(9, ["A.B (Failed)", "C.D (SEGFAULT)", "Python.client (Failed)"])
