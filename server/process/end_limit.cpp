@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 #include <signal.h>
+#include <sys/syscall.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -18,7 +19,7 @@ void end_now(int /*number*/) {
   constexpr std::string_view kWords =
       "hapticd: calls or computations did not end in time; it ends without them\n";
   write_if_ready(STDERR_FILENO, kWords);
-  _exit(0);
+  syscall(SYS_exit_group, 0);  // not by _exit(): a sanitizer's writes and waits first
 }
 
 }  // namespace
