@@ -33,7 +33,7 @@ inline double dahl_decay_factor(double to_go, double path_mm, double presliding_
   return dahl_decay(to_go, path_mm, presliding_mm, exponent).kept;
 }
 
-/// What a step's result depends on, by its dahl_decay(). With exponent i:
+/// Derivatives of a step's result, which follow from its dahl_decay(). With exponent i:
 ///   ∂u⁺/∂u = kept^i,   ∂(u⁺/u)/∂ln δ = (kept^i - kept)/(1 - i), which is kept ln(1/kept) for i = 1.
 struct DahlSensitivity {
   double to_start = 0.0;       ///< of what is left of the way on what was

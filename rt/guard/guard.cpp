@@ -106,6 +106,8 @@ inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed)
 }
 
 bool Guard::follow(const hal::RigSample& sample, bool fit) noexcept {
+  // Not the sample's clock: that of a recording that is played again goes back.
+  followed_ns_ += static_cast<std::int64_t>(1e9 * std::min(interval_s_, 1.0));
   if (!fit) {
     speed_.reset();
     return false;
@@ -114,8 +116,6 @@ bool Guard::follow(const hal::RigSample& sample, bool fit) noexcept {
   const hal::Vector3 step_mm =
       speed_.update(sample.tip_position_mm, seconds_between(last_position_ns_, position_ns, period_s_));
   last_position_ns_ = position_ns;
-  // The clock of a recording that is played again goes back.
-  followed_ns_ += static_cast<std::int64_t>(1e9 * interval_s_);
   return oscillation_.update(last_force_n_, step_mm, followed_ns_);
 }
 

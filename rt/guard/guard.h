@@ -165,7 +165,7 @@ class Guard {
   bool is_load_sure() noexcept;
   /// What free air allows of a pipeline's force: infinite while the sensor bears a load.
   double max_in_free_air_n() const noexcept;
-  /// What of `wanted_n` and `assistance_n` may go to the device; adds to `limited` what was bounded.
+  /// Returns the force for the device: `wanted_n` and `assistance_n` within all bounds. Adds to `limited` what was bounded.
   hal::Vector3 bounded(const hal::Vector3& wanted_n, const hal::Vector3& assistance_n, double max_in_pose_n,
                        std::uint8_t& limited) noexcept;
   /// Force within magnitude and power; adds to `limited` what was needed.
@@ -200,7 +200,7 @@ class Guard {
   PushSpeed speed_;
   OscillationMonitor oscillation_;
   std::int64_t last_position_ns_ = 0;  ///< of the encoders' last reading
-  std::int64_t followed_ns_ = 0;  ///< sum of the intervals between fit samples
+  std::int64_t followed_ns_ = 0;  ///< sum of the intervals, each of a second at most
   std::int64_t last_time_ns_ = 0;
   bool has_time_ = false;
 };

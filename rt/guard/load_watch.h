@@ -208,7 +208,7 @@ class LoadWatch {
   void end_slot(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
   /// Remembers the slot that ends now.
   void remember(const hal::RigSample& sample, const hal::Vector3& device_n) noexcept;
-  /// Begins the integrals anew with the last slot, so that what they hold stays exact.
+  /// Starts the integrals again at the end of the last slot, so that their rounding does not grow with time.
   void shift_integrals() noexcept;
   /// Follows the zero with what a free tool reads, for a slot of `s`.
   void follow_drift(const hal::Vector3& reading_n, double s) noexcept;
@@ -303,7 +303,8 @@ class LoadWatch {
   bool is_suspected_ = false;
   bool is_waiting_ = false;
   bool has_jumped_ = false;
-  hal::Vector3 noted_n_;  ///< steps under load; zero: none
+  hal::Vector3 noted_n_;       ///< steps under load; zero: none
+  hal::Vector3 last_noted_n_;  ///< the last of them
   std::size_t noted_slots_ = 0;  ///< running, in which nothing else was read
   std::size_t other_slots_ = 0;  ///< running, in which there was
   hal::Vector3 noted_tip_mm_;    ///< at the first of those

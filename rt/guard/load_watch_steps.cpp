@@ -107,6 +107,7 @@ bool LoadWatch::find_step() noexcept {
   filled_ = kAfter;  // the step is to be found once
   if (!is_waiting_ && before(kAfter + 2).unloaded_s < kPressedS) {
     noted_n_ = noted_n_ + step_n;
+    last_noted_n_ = step_n;
     if (!exceeds(noted_n_, kLoadedStepN)) noted_n_ = {};  // a knock, and its end
     noted_slots_ = 0;
     return true;
@@ -150,6 +151,12 @@ void LoadWatch::follow_noted(const Load& load) noexcept {
   if (is_other && has_proof_ && exceeds(back_n, kLoadN)) {
     left_n = noted_n_ + back_n;
     is_other = shows_more_than(left_n);
+  }
+  // A step that was missed before, and its end noted, is in the sum of the steps only: then just the last one
+  // is left.
+  if (is_other && exceeds(noted_n_ - last_noted_n_, kLoadN) && !shows_more_than(last_noted_n_)) {
+    left_n = last_noted_n_;
+    is_other = false;
   }
   // While the tool is thrown about, hardly anything shows a load. What is nearer to nothing than to the step,
   // with its inertia or without, is not the step, and says nothing of it.

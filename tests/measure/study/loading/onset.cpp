@@ -8,7 +8,6 @@
 
 #include "hal/sim/object/object_model.h"
 #include "rt/guard/fault_table.h"
-#include "rt/modulation/late_onset.h"
 #include "rt/signal/vector.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/virtual_run.h"
@@ -20,10 +19,11 @@ namespace {
 
 using report::fixed;
 
-constexpr double kDeepMm = 6.0;   // and as far from above
-constexpr double kFirstMm = 2.0;  // what is drawn
-constexpr double kOverMm = 0.3;   // of a slope
-constexpr double kFeltN = 0.002;  // of the device, below which nothing is rendered
+constexpr double kDeepMm = 6.0;      // and as far from above
+constexpr double kFirstMm = 2.0;     // what is drawn
+constexpr double kOverMm = 0.3;      // of a slope
+constexpr double kHeldMmPerS = 0.5;  // slower is a hold
+constexpr double kFeltN = 0.002;     // of the device, below which nothing is rendered
 constexpr double kWaitsS = 1.0;
 constexpr double kSpeeds[] = {5.0, 20.0, 50.0, 80.0};
 
@@ -37,7 +37,7 @@ double steepest(const std::vector<LoadingPoint>& points) {
       ++from;
     const double over_mm = now.displacement_mm - points[from].displacement_mm;
     if (over_mm < kOverMm || over_mm > 2.0 * kOverMm) continue;
-    if (over_mm < rt::LateOnset::kHoldMeanMmPerS * (now.since_s - points[from].since_s)) continue;
+    if (over_mm < kHeldMmPerS * (now.since_s - points[from].since_s)) continue;
     slope = std::max(slope, (now.hand_force_n - points[from].hand_force_n) / over_mm);
   }
   return slope;

@@ -74,6 +74,7 @@ std::vector<TrustCase> hard_cases() {
                            Hard{"zero_jump_touched", "0.1 N", "explore_bearing", 1, 1000.0, 2},
                            Hard{"zero_jump_touched", "2 N", "explore_rod", 1, 1000.0, 1},
                            Hard{"zero_jump_touched", "3 N", "tap_1d", 0, 1000.0, 3},
+                           Hard{"zero_jump_touched", "0.15 N", "explore_bearing", 1, 1000.0, 2},
                            Hard{"slid_off_its_edge", "", "explore_rod", 1, 1000.0, 1},
                            Hard{"slid_off_its_edge", "", "explore_rod", 1, 1000.0, 2}}) {
     for (const TrustCause& cause : trust_causes()) {
