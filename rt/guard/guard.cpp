@@ -184,10 +184,8 @@ void Guard::update_authority() noexcept {
 void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
   if (!fit) return load_.interrupt();
   load_.update(sample, interval_s_, last_force_n_);
-  const bool is_left =
-      (load_.shows_only_noted() || load_.is_back_at_zero()) && load_.unloaded_s() > kFreeAirS;
   const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
-  proven_share_ = load_.is_waiting() || is_left ? 0.0 : risen;
+  proven_share_ = load_.is_waiting() || load_.is_left() ? 0.0 : risen;
   if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
   const bool is_sure = is_load_sure();
   // A load that is not sure to be one does not end a fall that has begun.

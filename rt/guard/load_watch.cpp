@@ -84,7 +84,7 @@ void LoadWatch::forget_zero() noexcept {
 void LoadWatch::prove() noexcept {
   noted_n_ = {};
   noted_slots_ = 0;
-  is_waiting_ = has_jumped_ = false;
+  is_waiting_ = has_jumped_ = is_doubtful_ = false;
   proven_serial_ = bias_serial_;
   has_proof_ = true;
   proven_jump_n_ = jump_n_;
@@ -178,6 +178,9 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   peak_inertia_n_ *= left_of_peak(s, is_free ? kPeakRestS : kPeakFadeS);
   if (is_free) {
     at_proof_s_ = 0.0;
+    is_back_at_zero_ = false;
+    quiet_slots_ = exceeds(prompt_n, kQuietN) ? 0 : quiet_slots_ + 1;
+    if (quiet_slots_ >= kQuietSlots) is_doubtful_ = false;
     has_stretch_ = false;
     noted_slots_ = 0;
     if (unloaded_s_ > kForgetsNotedS) noted_n_ = {};
@@ -199,6 +202,9 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   }
   peak_inertia_n_ = std::max(now.inertia_n, peak_inertia_n_);
   at_proof_s_ = is_back_at_proof(now) ? std::min(at_proof_s_ + s, kLongS) : 0.0;
+  is_back_at_zero_ = at_proof_s_ > 0.0 && (is_back_at_zero_ || stays_over(kStaysMm));
+  quiet_slots_ = 0;
+  is_doubtful_ = jump_count_ > 0 && !exceeds(now.mean_n, kLittleN) && (is_doubtful_ || stays_over(kProofMm));
   follow_noted(now);
   if (shows_only_noted() && exceeds(before(0).tip_mm - noted_tip_mm_, kLeftMm)) {
     jump(std::exchange(noted_n_, {}));

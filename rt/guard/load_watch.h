@@ -101,11 +101,12 @@ class LoadWatch {
   double unloaded_s() const noexcept { return std::max(unloaded_s_, at_proof_s_); }
   /// A step that may be a jump has not been decided on.
   bool is_suspected() const noexcept { return is_suspected_; }
-  /// All that is read is a step that was noted under load: most likely the object has been left.
-  bool shows_only_noted() const noexcept { return noted_slots_ > kLeftSlots; }
-  /// Returns true if the reading is a zero from before a jump and stays so in motion: most likely the zero has jumped
-  /// back, and the object has been left.
-  bool is_back_at_zero() const noexcept { return at_proof_s_ > 0.0 && stays_in_motion(); }
+  /// Returns true if what is read is most likely no object: only a step that was noted under load; a zero from before
+  /// a jump that has stayed so in motion; or, once the zero has jumped, a little that has stayed what it was over
+  /// kProofMm, until more is read, or next to nothing for a while.
+  bool is_left() const noexcept {
+    return ((shows_only_noted() || is_back_at_zero_) && unloaded_s() > kLeftS) || is_doubtful_;
+  }
   /// Whether anything is touched is not known, and no reading counts.
   bool is_waiting() const noexcept { return is_waiting_; }
   /// Whether it waits because of a jump.
@@ -157,6 +158,10 @@ class LoadWatch {
   static constexpr double kHeldMm = 0.3;
   static constexpr std::size_t kLeftSlots = 2;
   static constexpr double kLeftMm = 0.3;
+  static constexpr double kLeftS = 0.014;  // without a load
+  static constexpr double kLittleN = 2.0 * kLoadedStepN;
+  static constexpr double kQuietN = 0.02;
+  static constexpr std::size_t kQuietSlots = 50;
   static constexpr double kStaysMm = 0.5;
   static constexpr double kForgetsNotedS = 0.25;
   static constexpr double kSettleS = 0.5;
@@ -191,9 +196,11 @@ class LoadWatch {
   };
 
   const Slot& before(std::size_t age) const noexcept { return slots_[newest_ - age]; }
-  /// Returns true if the reading has stayed what it is over kStaysMm of motion.
-  bool stays_in_motion() const noexcept {
-    return has_stretch_ && exceeds(before(0).tip_mm - stretch_tip_mm_, kStaysMm);
+  /// All that is read is a step that was noted under load.
+  bool shows_only_noted() const noexcept { return noted_slots_ > kLeftSlots; }
+  /// Returns true if the reading has stayed what it is over so much of motion.
+  bool stays_over(double mm) const noexcept {
+    return has_stretch_ && exceeds(before(0).tip_mm - stretch_tip_mm_, mm);
   }
   /// Share of a peak that is left after `s`.
   static double left_of_peak(double s, double fade_s) noexcept { return 1.0 - std::min(s / fade_s, 1.0); }
@@ -298,6 +305,9 @@ class LoadWatch {
   double settling_s_ = 0.0;      ///< left, of what was taken over
   double unloaded_s_ = 0.0;
   double at_proof_s_ = 0.0;  ///< running, in which the reading was back at the zero that was proven last
+  bool is_back_at_zero_ = false;  ///< and has stayed so in motion
+  bool is_doubtful_ = false;      ///< what is read may be several jumps, each too small to be seen under a load
+  std::size_t quiet_slots_ = 0;   ///< running, in which next to nothing was read
   hal::Vector3 held_n_;       ///< the load that was seen last, without inertia
   hal::Vector3 held_tip_mm_;  ///< where the tip was then
   bool is_suspected_ = false;
