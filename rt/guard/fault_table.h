@@ -109,7 +109,7 @@ inline constexpr auto kFaultTable = [] {
               "press the pedal"},
     FaultRule{kUncleanEnd, "unclean_end", "the last run of the daemon did not end cleanly: a crash, a kill, a loss of power", kCut, kAnyClient, false, true, false, 0,
               "read in the log why it ended; hold the tool in free air, then clear"},
-    FaultRule{kSensorJumped, "sensor_jumped", "the sensor's reading jumped without a load, and the tool has not been moved in free air since", kWarn, kItself, false, false, true, 0,
+    FaultRule{kSensorJumped, "sensor_jumped", "the sensor's reading jumped without a load, or several times under one, and the tool has not been moved in free air since", kWarn, kItself, false, false, true, 0,
               "move the tool by some millimetres in free air; if it comes back, look who biases the sensor, and at cable and transducer"},
     FaultRule{kSensorFrozen, "sensor_frozen", "the sensor repeats one value although the tool moves and its samples go on", kCut, kAnyClient, true, true, true, 0,
               "start the sensor's box or its acquisition again; see to the cable between them"},

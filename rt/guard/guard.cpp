@@ -186,7 +186,7 @@ void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
   load_.update(sample, interval_s_, last_force_n_);
   const double risen = std::min(1.0, proven_share_ + interval_s_ / kProvenRiseS);
   proven_share_ = load_.is_waiting() || load_.is_left() ? 0.0 : risen;
-  if (load_.has_jumped()) present_ |= set_of(GuardFault::kSensorJumped);
+  if (load_.has_jumped() || load_.is_unsure()) present_ |= set_of(GuardFault::kSensorJumped);
   const bool is_sure = is_load_sure();
   // A load that is not sure to be one does not end a fall that has begun.
   const double goes_on_s = is_sure || unloaded_s_ <= kFreeAirFromS ? 0.0 : unloaded_s_ + interval_s_;
@@ -197,9 +197,14 @@ void Guard::watch_load(const hal::RigSample& sample, bool fit) noexcept {
     allowed_n = std::max(kFreeAirN, loaded_n_ * share);
   }
   if (load_.is_suspected()) allowed_n = std::min(allowed_n, std::max(kFreeAirN, rendered_n_));
+  double least_n = kFreeAirN;
+  if (load_.is_unsure()) {
+    least_n = 0.0;
+    allowed_n = std::min(allowed_n, rendered_n_ / (1.0 + interval_s_ / kUnsureFallS));
+  }
   const bool is_shown = load_.unloaded_s() < kShownS;
   const double rise_n = is_sure && is_shown ? kLoadRiseNPerS * rise_interval_s() : 0.0;
-  allowed_n_ = std::min(allowed_n, allowed_n_ + rise_n);
+  allowed_n_ = std::min(allowed_n, std::max(allowed_n_, least_n) + rise_n);
 }
 
 bool Guard::is_load_sure() noexcept {

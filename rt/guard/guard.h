@@ -68,11 +68,10 @@ class [[nodiscard]] Admission {
 ///   a jump is suspected       no more than kFreeAirN, or than there was before. This bound and the one above
 ///                             rise again by kLoadRiseNPerS; within kBackWithinS after a load, when the arm
 ///                             may swing, once the load has been back for kBackS: then it is sure.
-///   only a noted step is      none after 14 ms.
-///   read, or a zero from
-///   before a jump
+///   the object has been left  none at once: LoadWatch::is_left().
 ///   the zero is not proven    none at once. What comes back after this or the row above grows over
 ///                             kProvenRiseS.
+///   the zero is unsure        what was rendered fades with kUnsureFallS; none comes back until it is sure.
 ///
 /// Virtual walls, guides and fixtures are forces in free air by their nature. Theirs is bounded by where the
 /// tip is: a wall acts only within its surface, on a tip that was seen outside; a guide and a fixture by
@@ -92,6 +91,7 @@ class Guard {
   static constexpr double kFreeAirN = 0.3;
   /// Time after the last load that was seen at which the bound has come down: what is seen is late by some
   /// milliseconds, and all together takes no more than 20 ms.
+  static constexpr double kUnsureFallS = 0.03;  ///< time constant with which force ends while the zero is unsure
   static constexpr double kFreeAirS = 0.014;
   static constexpr double kProvenRiseS = 0.05;
   /// Rate at which the bound rises with a load: a load that is seen late makes no step in the hand.

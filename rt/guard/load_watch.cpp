@@ -91,6 +91,7 @@ void LoadWatch::prove() noexcept {
   proven_first_n_ = first_n_;
   last_since_proof_n_ = {};
   formers_ = 0;
+  steps_ = 0;
 }
 
 void LoadWatch::take_bias(const hal::RigSample& sample) noexcept {
@@ -162,6 +163,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   }
   remember(sample, device_n);
   drift_.drift_on(s);
+  since_noted_s_ = std::min(since_noted_s_ + s, kLongS);
   swing_n_ *= left_of_peak(s, kPeakFadeS);
   // While it waits, the load or the jump may be noise itself: the noise must be learnt all the same.
   if (is_waiting_ || unloaded_s_ > kPressedS) noise_.update(before(0).reading_n, sample.time_ns);
@@ -183,7 +185,10 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
     if (quiet_slots_ >= kQuietSlots) is_doubtful_ = false;
     has_stretch_ = false;
     noted_slots_ = 0;
-    if (unloaded_s_ > kForgetsNotedS) noted_n_ = {};
+    // At rest a load and a zero that has jumped by as much look the same.
+    const hal::Vector3 moved_mm = before(0).tip_mm - last_read_tip_mm_;
+    if (unloaded_s_ > kForgetsNotedS && exceeds(moved_mm, kStaysMm)) noted_n_ = {};
+    if (exceeds(moved_mm, kProofMm)) steps_ = 0;
     if (settling_s_ <= 0.0 && unloaded_s_ > kPressedS) return follow_drift(prompt_n, s);
   }
   const hal::Quaternion to_rig =
@@ -204,6 +209,7 @@ void LoadWatch::end_slot(const hal::RigSample& sample, const hal::Vector3& devic
   at_proof_s_ = is_back_at_proof(now) ? std::min(at_proof_s_ + s, kLongS) : 0.0;
   is_back_at_zero_ = at_proof_s_ > 0.0 && (is_back_at_zero_ || stays_over(kStaysMm));
   quiet_slots_ = 0;
+  last_read_tip_mm_ = before(0).tip_mm;
   is_doubtful_ = jump_count_ > 0 && !exceeds(now.mean_n, kLittleN) && (is_doubtful_ || stays_over(kProofMm));
   follow_noted(now);
   if (shows_only_noted() && exceeds(before(0).tip_mm - noted_tip_mm_, kLeftMm)) {

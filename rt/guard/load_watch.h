@@ -50,7 +50,10 @@ struct LoadWatchParameters {
 ///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
 ///               is something to press. As long as nothing but that step is read any more, the reading shows no
 ///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back
-///               withdraws it, and so does a reading of nothing for 0.25 s.
+///               withdraws it, and so does a reading of nothing for 0.25 s of motion.
+///   unsure      from the second noted step or jump since the zero was proven until it is proven again, or nothing is
+///               read over kProofMm of motion: what is left of several steps may be anything. A step back within
+///               kKnockS was a knock, and neither of the two counts.
 ///   swing       what is read while the tool's mass may swing behind the encoders: the forces of late, the device's
 ///               and the object's, may make it show more than kLoadN. A reading that begins then, turns by more than 60°
 ///               within some 10 ms or falls to kDipShare of what it was, is a load only once it has lasted longer than
@@ -107,6 +110,8 @@ class LoadWatch {
   bool is_left() const noexcept {
     return ((shows_only_noted() || is_back_at_zero_) && unloaded_s() > kLeftS) || is_doubtful_;
   }
+  /// Returns true if the zero is only a guess: since it was proven, the reading has stepped several times.
+  bool is_unsure() const noexcept { return steps_ >= kUnsureSteps; }
   /// Whether anything is touched is not known, and no reading counts.
   bool is_waiting() const noexcept { return is_waiting_; }
   /// Whether it waits because of a jump.
@@ -164,6 +169,8 @@ class LoadWatch {
   static constexpr std::size_t kQuietSlots = 50;
   static constexpr double kStaysMm = 0.5;
   static constexpr double kForgetsNotedS = 0.25;
+  static constexpr double kKnockS = 0.15;
+  static constexpr std::uint32_t kUnsureSteps = 2;
   static constexpr double kSettleS = 0.5;
   static constexpr double kSettleTimeS = 0.1;
   static constexpr double kSettleNPerS = 0.2;
@@ -315,6 +322,7 @@ class LoadWatch {
   bool has_jumped_ = false;
   hal::Vector3 noted_n_;       ///< steps under load; zero: none
   hal::Vector3 last_noted_n_;  ///< the last of them
+  double since_noted_s_ = kLongS;
   std::size_t noted_slots_ = 0;  ///< running, in which nothing else was read
   std::size_t other_slots_ = 0;  ///< running, in which there was
   hal::Vector3 noted_tip_mm_;    ///< at the first of those
@@ -331,6 +339,8 @@ class LoadWatch {
   std::size_t stretch_slots_ = 0;
   hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero if there is none
   double lowest_mm_ = 0.0;      ///< along it
+  std::uint32_t steps_ = 0;         ///< noted and jumps, since the zero was proven
+  hal::Vector3 last_read_tip_mm_;  ///< where the tip was when more than nothing was read last
   std::uint32_t found_count_ = 0;
   std::uint32_t jump_count_ = 0;
   hal::Vector3 last_jump_n_;

@@ -19,7 +19,7 @@ void LoadWatch::suspect() noexcept {
       return dot(before(young).reading_n - before(old).reading_n, suspected_along_);
     };
     constexpr double kGoesOn = 0.3;
-    constexpr double kLittle = 0.02;  // of the step, in a slot
+    constexpr double kLittle = 0.03;  // of the step, in a slot
     const double step_n = change_n(suspected_slots_ + 1, suspected_slots_ + 3);
     const double least_n = std::max(std::max(kRisesN, kLittle * step_n), kGoesOn * std::abs(change_n(1, 2)));
     const bool goes_on = change_n(0, 1) * change_n(1, 2) > 0.0 && std::abs(change_n(0, 1)) > least_n;
@@ -108,7 +108,13 @@ bool LoadWatch::find_step() noexcept {
   if (!is_waiting_ && before(kAfter + 2).unloaded_s < kPressedS) {
     noted_n_ = noted_n_ + step_n;
     last_noted_n_ = step_n;
-    if (!exceeds(noted_n_, kLoadedStepN)) noted_n_ = {};  // a knock, and its end
+    settling_s_ = 0.0;
+    ++steps_;
+    if (!exceeds(noted_n_, kLoadedStepN)) {
+      noted_n_ = {};
+      if (since_noted_s_ < kKnockS) steps_ -= std::min(steps_, 2U);  // a knock, and its end
+    }
+    since_noted_s_ = 0.0;
     noted_slots_ = 0;
     return true;
   }
@@ -125,6 +131,7 @@ bool LoadWatch::find_step() noexcept {
 
 void LoadWatch::jump(const hal::Vector3& by_n) noexcept {
   ++jump_count_;
+  ++steps_;
   last_jump_n_ = by_n;
   noted_slots_ = 0;
   is_waiting_ = has_jumped_ = true;

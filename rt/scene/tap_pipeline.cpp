@@ -10,6 +10,11 @@
 
 namespace hapticd::rt {
 
+namespace {
+constexpr double kSurfaceMm = 0.1;  // as deep as the surface is known
+constexpr double kLittleN = 0.15;
+}
+
 TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),
       tool_mass_g_(resolved.tool_mass_g),
@@ -165,6 +170,9 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
     desired = held_at(bound_n, encoder_mm);
   }
   is_held_ = hold_within_sensor(desired, encoder_mm);
+  // A little that is read at the surface and above it is most likely nothing: to take it off would pull at it.
+  const double sure = std::max(desired.displacement_mm / kSurfaceMm, now.reaction_n / kLittleN - 1.0);
+  desired.force_n *= std::clamp(sure, 0.0, 1.0);
   return desired;
 }
 

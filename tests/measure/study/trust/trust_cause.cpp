@@ -165,6 +165,18 @@ std::vector<TrustCause> make_causes() {
     all[i].motion = TrustMotion::kPressOften;
     all[i].needs_object = true;
   }
+  const std::size_t jumps_left = all.size();
+  add("zero_jump_left", kJumpsN, "N",
+      [](SimulationConfig& rig, double newtons) {
+        set(rig, "sensor_step_n", newtons);
+        set(rig, "sensor_step_interval_s", 0.73);
+      },
+      {0.3});
+  for (std::size_t i = jumps_left; i < all.size(); ++i) {
+    all[i].motion = TrustMotion::kLeave;
+    all[i].needs_object = true;
+    all[i].duration_s = 42.0;
+  }
   const std::size_t frozen = all.size();
   add("sensor_frozen", {0.8, 1.2, 1.6, 2.5, 4.5}, "s",
       [](SimulationConfig& rig, double at_s) { set(rig, "sensor_frozen_at_s", at_s); }, {1.6});

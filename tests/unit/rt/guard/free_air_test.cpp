@@ -77,7 +77,8 @@ TEST(FreeAir, APipelineThatWantsTheWorstGetsThreeTenthsOfANewton) {
   }
 }
 
-// An arm that swings after a load shows loads, too. They neither end the fall of the bound nor keep the next from beginning.
+// An arm that swings after a load shows loads, too. They neither end the fall of the bound nor keep the next
+// from beginning.
 TEST(FreeAir, TheBoundComesDownUntilALoadIsSure) {
   WatchedTool tool;
   tool.settle();
@@ -112,6 +113,37 @@ TEST(FreeAir, TheBoundComesDownUntilALoadIsSure) {
   }
   for (int i = 0; i < 60; ++i) move(-0.01, 0.01);
   EXPECT_NEAR(pass(), 8.0, 1e-9) << "a load that stays is one";
+}
+
+TEST(FreeAir, ForceEndsWithoutAStepWhileTheZeroIsUnsure) {
+  WatchedTool tool;
+  tool.settle();
+  tool.rest();
+  Guard guard(modulating(), 1000.0);
+  double last_n = 0.0;
+  const auto pass = [&](int ticks, double mm, double n) {
+    for (int i = 0; i < ticks; ++i) {
+      tool.offset_mm.z += mm;
+      tool.load_n.z = std::max(0.0, tool.load_n.z + n);
+      tool.tick();
+      const double force_n = norm(guard.release(guard.admit(tool.sample), {0.0, 0.0, 3.0}, 0));
+      EXPECT_LE(last_n - force_n, 0.15);
+      last_n = force_n;
+    }
+    return last_n;
+  };
+  tool.wave();
+  pass(1000, 0.0, 0.0);
+  tool.rest();
+  pass(400, -0.01, 0.005);
+  EXPECT_NEAR(pass(200, 0.0, 0.0), 3.0, 1e-9);
+  tool.zero_n.x = 0.4;
+  EXPECT_NEAR(pass(200, 0.0, 0.0), 3.0, 1e-9);
+  tool.zero_n.y = 0.4;
+  EXPECT_LT(pass(300, 0.0, 0.0), 1e-3);
+  TickRecord record;
+  guard.fill_record(record);
+  EXPECT_TRUE(record.faults_present & set_of(GuardFault::kSensorJumped)) << "silence is reported";
 }
 
 TEST(FreeAir, IsNoMatterOfAssistanceNorOfAWall) {

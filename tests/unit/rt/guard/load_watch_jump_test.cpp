@@ -227,6 +227,45 @@ TEST(LoadWatch, ALittleThatStaysInMotionIsDoubtedOnceTheZeroHasJumped) {
   }
 }
 
+TEST(LoadWatch, TheZeroIsUnsureAfterTwoStepsUnderAPressUntilTheToolIsFree) {
+  WatchedTool tool;
+  tool.settle();
+  tool.rest();
+  tool.press();
+  tool.zero_n.x = 0.4;
+  tool.run(0.3);
+  EXPECT_FALSE(tool.watch.is_unsure()) << "one may be a knock";
+  tool.zero_n.x = 0.0;
+  tool.run(0.3);
+  EXPECT_TRUE(tool.watch.is_unsure());
+  for (int i = 0; i < 400; ++i) {
+    tool.offset_mm.z += 0.01;
+    tool.load_n.z = std::max(0.0, tool.load_n.z - 0.005);
+    tool.tick();
+  }
+  tool.run(1.0);
+  EXPECT_TRUE(tool.watch.is_unsure()) << "at rest a load may hide behind a jump";
+  for (int i = 0; i < 400; ++i) {
+    tool.offset_mm.z += 0.01;
+    tool.tick();
+  }
+  EXPECT_FALSE(tool.watch.is_unsure()) << "moved by 4 mm in free air";
+}
+
+TEST(LoadWatch, AKnockIsNoDoubt) {
+  WatchedTool tool;
+  tool.settle();
+  tool.rest();
+  tool.press();
+  for (int i = 0; i < 4; ++i) {
+    tool.load_n.x = 0.5;
+    tool.run(0.05);
+    tool.load_n.x = 0.0;
+    tool.run(0.4);
+    EXPECT_FALSE(tool.watch.is_unsure()) << i;
+  }
+}
+
 TEST(LoadWatch, WhatWasBiasedAwayUnderAPressIsTakenOverOnceItIsSeenInFreeAir) {
   for (const double press_n : {0.1, 0.4, 1.0, 3.0}) {
     WatchedTool tool;
