@@ -45,8 +45,9 @@ struct LoadWatchParameters {
 ///               offset between the straight lines through kBefore slots before and kAfter slots after two
 ///               slots; both fit within kFlatShare |s|, with the same slope, and the reading itself has
 ///               changed by most of it between them. It does not
-///               count if nothing is read any more afterwards: then a load has gone; nor, under load, between
-///               slots one of which is more than twice as long as the others.
+///               count if nothing is read any more afterwards, except under load, where it is noted: then a load
+///               has gone, or a jump has hidden it; nor, under load, between slots one of which is more than twice as
+///               long as the others.
 ///   noted       a step under load: a knock on what is held, or a jump. It takes nothing away there, for there
 ///               is something to press. As long as nothing but that step is read any more, the reading shows no
 ///               load; once the tip moves meanwhile, it was a jump, and the object has been left. A step back

@@ -101,11 +101,12 @@ bool LoadWatch::find_step() noexcept {
   if (bent_n(slope_after - slope_before) > flat_n / kAfter) return false;
   if (bent_n(off_line(1, 0, 3) + off_line(2, 0, 3)) > 2.0 * flat_n) return false;
   if (bent_n(off_line(7, 6, 8)) > flat_n) return false;
-  if (!exceeds(mean_after - zero, kLoadN)) return false;  // what was felt has gone
+  const bool is_pressed = !is_waiting_ && before(kAfter + 2).unloaded_s < kPressedS;
+  if (!is_pressed && !exceeds(mean_after - zero, kLoadN)) return false;  // what was felt has gone
   if (exceeds(jump_n_ + step_n, kMaxJumpN) || is_impact()) return false;
   is_suspected_ = false;
   filled_ = kAfter;  // the step is to be found once
-  if (!is_waiting_ && before(kAfter + 2).unloaded_s < kPressedS) {
+  if (is_pressed) {
     noted_n_ = noted_n_ + step_n;
     last_noted_n_ = step_n;
     settling_s_ = 0.0;
