@@ -19,8 +19,7 @@ int run_tick(const TickOptions& options);
 int run_tick_child(const std::string& scene, long ticks, bool everything);
 
 /// Subscribers: so many streams, read for so many seconds; what they received goes to `result`.
-int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams,
-                         bool blocks);
+int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams);
 
 /// `hapticd_bench realtime`: the live loop under every load there is, from command to effect, fan-out.
 struct RealtimeOptions {
@@ -65,8 +64,7 @@ int run_decode(const DecodeOptions& options);
 struct RecordingOptions {
   std::string folder;
   bool quick = false;             ///< a tenth of everything
-  std::vector<std::string> only;  ///< "cost", "service", "install"; empty = all
-  std::string packages;           ///< for "install": where they are
+  std::vector<std::string> only;  ///< "cost", "service"; empty = all
 };
 int run_recording(const RecordingOptions& options);
 
@@ -87,7 +85,7 @@ struct AttackOptions {
 std::vector<std::string> attack_parts();
 int run_attack(const AttackOptions& options);
 
-/// `hapticd_bench pose`: age and cost of poses, instants of touches over networks, the visual page.
+/// `hapticd_bench pose`: age and cost of poses, the visual page.
 struct PoseOptions {
   std::string folder;
   bool quick = false;             ///< a tenth of everything
