@@ -8,12 +8,11 @@
 
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::report {
 namespace {
@@ -29,26 +28,6 @@ class FileActions {
 
  private:
   posix_spawn_file_actions_t actions_{};
-};
-
-/// A file name nothing else has, removed with this object.
-class TemporaryFile {
- public:
-  TemporaryFile() : path_((std::filesystem::temp_directory_path() / "hapticd_output_XXXXXX").string()) {
-    const int file = mkstemp(path_.data());
-    if (file < 0) throw std::system_error(errno, std::generic_category(), "cannot make a temporary file");
-    close(file);
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const std::string& path() const noexcept { return path_; }
-
- private:
-  std::string path_;
 };
 
 }  // namespace
@@ -105,8 +84,8 @@ std::optional<int> ChildProcess::wait(std::chrono::milliseconds timeout) noexcep
 }
 
 ProgramRun run_program(Launch launch, std::chrono::seconds timeout) {
-  const TemporaryFile captured;
-  launch.output = captured.path();
+  const test::TemporaryFolder folder;
+  launch.output = folder.path("output");
   ProgramRun run;
   try {
     ChildProcess child(launch);
@@ -115,9 +94,7 @@ ProgramRun run_program(Launch launch, std::chrono::seconds timeout) {
     if (error.code() != std::errc::no_such_file_or_directory) throw;
     run.installed = false;
   }
-  std::ostringstream text;
-  text << std::ifstream(captured.path()).rdbuf();
-  run.output = text.str();
+  run.output = test::file_text(launch.output);
   return run;
 }
 

@@ -99,13 +99,9 @@ void FigureWriter::forget_earlier(const std::string& figure) {
   const auto removed = std::erase_if(
       earlier_, [&](const auto& entry) { return entry.first == figure && has_common(entry.second); });
   if (removed == 0) return;
-  // Earlier records come before all of this run's, so that the latter can be kept as they are.
-  std::ifstream file(path_);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);) lines.push_back(line);
-  const auto ours = lines.begin() + static_cast<std::ptrdiff_t>(earlier_.size() + removed);
+  // Earlier records come before all of this run's.
   rewrite_earlier();
-  for (auto line = ours; line != lines.end(); ++line) stream_ << *line << '\n';
+  for (const std::string& line : ours_) stream_ << line << '\n';
 }
 
 void FigureWriter::add(const Figure& with_its_own) {
@@ -129,6 +125,7 @@ void FigureWriter::add_line(const std::string& figure, const std::string& condit
   const std::string identity = figure + ' ' + conditions;
   if (!cases_.insert(identity).second) throw std::logic_error("this record was already written: " + identity);
   forget_earlier(figure);
+  ours_.push_back(line);
   stream_ << line << '\n' << std::flush;
   if (!stream_) throw std::runtime_error("cannot write '" + path_.string() + "'");
 }

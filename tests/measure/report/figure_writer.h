@@ -75,6 +75,7 @@ class FigureWriter {
 
   std::filesystem::path path_;
   std::vector<std::pair<std::string, std::string>> earlier_;  ///< figure and line, of runs before this one
+  std::vector<std::string> ours_;
   Case common_;
   std::set<std::string>
       figures_;  ///< written by this one, with the common conditions they were written under

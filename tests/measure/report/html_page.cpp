@@ -5,12 +5,12 @@
 #include <kainjow/mustache.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 
 #include "tests/measure/report/markdown_table.h"
 #include "tests/measure/report/provenance.h"
 #include "tests/measure/report/section.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::report {
 namespace {
@@ -21,12 +21,6 @@ using kainjow::mustache::data;
 constexpr const char* kTemplate =
 #include "page_template.h"
     ;
-
-std::string content(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::trunc | std::ios::binary);
@@ -108,7 +102,7 @@ data plot_of(const Json& item, const std::filesystem::path& folder) {
   plot.set("title", item.value("title", ""));
   const std::string missing = item.value("missing", "");
   if (missing.empty()) {
-    plot.set("image", image_of(content(folder / (item.value("name", "") + ".svg"))));
+    plot.set("image", image_of(test::file_text(folder / (item.value("name", "") + ".svg"))));
   } else {
     plot.set("missing", missing);
   }
@@ -195,27 +189,6 @@ data figures_of(const std::vector<Json>& records) {
   return figures;
 }
 
-std::string csv_field(const std::string& text) {
-  std::string field = "\"";
-  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
-  return field + '"';
-}
-
-std::string csv_of(const std::vector<Json>& records) {
-  std::string csv = "figure,case,value,unit,run_time_ns,goal,reference,source,failed\n";
-  for (const Json& record : records) {
-    const auto cell = [&record](const char* key) {
-      if (!record.contains(key) || record[key].is_null()) return std::string();
-      return record[key].is_string() ? csv_field(record[key].get<std::string>()) : record[key].dump();
-    };
-    csv += cell("figure") + ',' + csv_field(case_text(record));
-    for (const char* key : {"value", "unit", "run_time_ns", "goal", "reference", "source", "failed"})
-      csv += ',' + cell(key);
-    csv += '\n';
-  }
-  return csv;
-}
-
 }  // namespace
 
 void write_page(const std::filesystem::path& folder, const PageText& text) {
@@ -247,7 +220,6 @@ void write_page(const std::filesystem::path& folder, const PageText& text) {
   if (!html.is_valid()) throw std::logic_error("the page's template: " + html.error_message());
   write(folder / "report.html", html.render(page));
   write(folder / "report.json", all.dump(1) + '\n');
-  write(folder / "figures.csv", csv_of(records));
 }
 
 }  // namespace hapticd::report

@@ -17,7 +17,7 @@ struct PageText {
 };
 
 /// Makes of all that studies and benchmarks left in `folder` one page that needs no other file,
-/// FOLDER/report.html, next to the same as FOLDER/report.json and its figures as FOLDER/figures.csv. The same
+/// FOLDER/report.html, next to the same as FOLDER/report.json. The same
 /// folder gives the same bytes. Throws std::runtime_error if they cannot be written.
 void write_page(const std::filesystem::path& folder, const PageText& text);
 

@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -19,11 +17,7 @@
 namespace hapticd::report {
 namespace {
 
-std::string page_content(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
+using test::file_text;
 
 std::size_t count_of(const std::string& text, const std::string& part) {
   std::size_t count = 0;
@@ -59,7 +53,7 @@ TEST(Page, HasAllSectionsInTheirOrderAndNeedsNoOtherFile) {
   report.begin_section("unnamed", "Another");
   write_page(folder, {.title = "All of it", .introduction = "Seeds.", .order = {"first", "second"}});
 
-  const std::string html = page_content(folder / "report.html");
+  const std::string html = file_text(folder / "report.html");
   EXPECT_LT(html.find("<h2>The first</h2>"), html.find("<h2>The second</h2>"));
   EXPECT_LT(html.find("<h2>The second</h2>"), html.find("<h2>Another</h2>"));
   EXPECT_NE(html.find("What is seen."), std::string::npos);
@@ -69,17 +63,13 @@ TEST(Page, HasAllSectionsInTheirOrderAndNeedsNoOtherFile) {
   EXPECT_EQ(count_of(html, "src=\""), count_of(html, "src=\"data:image/svg+xml")) << "nothing is fetched";
   EXPECT_EQ(html.find("http://"), html.find("http://www.w3.org")) << "nothing is fetched";
 
-  const auto json = nlohmann::json::parse(page_content(folder / "report.json"));
+  const auto json = nlohmann::json::parse(file_text(folder / "report.json"));
   EXPECT_EQ(json["sections"].size(), 3U);
   EXPECT_EQ(json["figures"][0]["run_time_ns"], 12.0);
   EXPECT_TRUE(json["provenance"].contains("commit"));
-  EXPECT_EQ(page_content(folder / "figures.csv"),
-            "figure,case,value,unit,run_time_ns,goal,reference,source,failed\n"
-            "\"some_error\",\"stage x<y\",0.25,\"1\",12,,,,\n");
-
   const std::string first = html;
   write_page(folder, {.title = "All of it", .introduction = "Seeds.", .order = {"first", "second"}});
-  EXPECT_EQ(page_content(folder / "report.html"), first) << "the same folder, the same bytes";
+  EXPECT_EQ(file_text(folder / "report.html"), first) << "the same folder, the same bytes";
 }
 
 TEST(Page, TakesOverWhatAnotherProgramLeft) {
@@ -96,10 +86,10 @@ TEST(Page, TakesOverWhatAnotherProgramLeft) {
   report.add({.figure = "my_figure", .value = 1.0});
   report.take_over(folder / "other");
   report.add({.figure = "my_second_figure", .value = 3.0});
-  EXPECT_EQ(count_of(page_content(folder / "figures.jsonl"), "\n"), 3U);
-  EXPECT_NE(page_content(folder / "figures.jsonl").find("its_figure"), std::string::npos);
+  EXPECT_EQ(count_of(file_text(folder / "figures.jsonl"), "\n"), 3U);
+  EXPECT_NE(file_text(folder / "figures.jsonl").find("its_figure"), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder / "its_table.md"));
-  const std::string section = page_content(folder / "sections" / "mine.jsonl");
+  const std::string section = file_text(folder / "sections" / "mine.jsonl");
   EXPECT_NE(section.find("Its table"), std::string::npos);
   EXPECT_EQ(section.find("Its section"), std::string::npos) << "part of the present section";
 }
@@ -124,8 +114,8 @@ TEST(Cells, InShardsMergedAreTheWholeByteByByte) {
     EXPECT_EQ((*merged)[i][1], (*whole)[i][1]);
     EXPECT_EQ(std::isnan((*merged)[i][2]), std::isnan((*whole)[i][2]));
   }
-  EXPECT_EQ(page_content(folder / "merged/cells/squares.jsonl"),
-            page_content(folder / "whole/cells/squares.jsonl"));
+  EXPECT_EQ(file_text(folder / "merged/cells/squares.jsonl"),
+            file_text(folder / "whole/cells/squares.jsonl"));
 }
 
 TEST(Cells, OfOtherRevisionsOrMissingOnesAreRefusedByName) {
@@ -200,7 +190,7 @@ TEST(WorkPrecision, ABeatenDefaultNeedsAReason) {
   WorkPrecision justified = three("poor");
   justified.justification = "it needs no model.";
   EXPECT_NO_THROW(add_work_precision(third, justified));
-  const auto figures = page_content(folder / "third/figures.jsonl");
+  const auto figures = file_text(folder / "third/figures.jsonl");
   EXPECT_EQ(count_of(figures, "error_vs_runtime"), 3U);
   EXPECT_EQ(count_of(figures, kDefaultMethod), 1U);
 }

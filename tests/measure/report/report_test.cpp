@@ -11,43 +11,18 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "tests/measure/report/child_process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::report {
 namespace {
 
-/// Separate folder for each test, removed with it.
-class Folder {
- public:
-  Folder() {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::path(::testing::TempDir()) /
-            (std::string("hapticd_") + test->test_suite_name() + "." + test->name());
-    std::filesystem::remove_all(path_);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-std::string content(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
+using test::file_text;
+using test::TemporaryFolder;
 
 TEST(FigureRecord, IsTheOneTheDesignShows) {
   const Figure figure{
@@ -97,10 +72,10 @@ TEST(FigureRecord, SurvivesTextThatIsNotUtf8) {
 }
 
 TEST(FigureWriter, AddsALinePerRecordAtOnce) {
-  const Folder folder;
-  FigureWriter writer(folder / "deeper");
+  const TemporaryFolder folder;
+  FigureWriter writer(folder.path("deeper"));
   writer.add({.figure = "a", .conditions = {{"file", "x"}}, .value = 1});
-  EXPECT_EQ(content(writer.path()),
+  EXPECT_EQ(file_text(writer.path()),
             to_json_line({.figure = "a", .conditions = {{"file", "x"}}, .value = 1}) + "\n");
   writer.add({.figure = "a", .conditions = {{"file", "y"}}, .value = 2});
   EXPECT_THROW(writer.add({.figure = "a", .conditions = {{"file", "y"}}, .value = 3}), std::logic_error)
@@ -108,7 +83,7 @@ TEST(FigureWriter, AddsALinePerRecordAtOnce) {
 }
 
 TEST(FigureWriter, ReplacesOnlyWhatIsMeasuredAgain) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto line = [](const char* figure, double value) {
     return to_json_line({.figure = figure, .value = value}) + "\n";
   };
@@ -117,19 +92,19 @@ TEST(FigureWriter, ReplacesOnlyWhatIsMeasuredAgain) {
     tick.add({.figure = "tick", .value = 1});
     tick.add({.figure = "other", .value = 1});
   }
-  std::ofstream(folder / "figures.jsonl", std::ios::app) << R"({"figure":"cut sho)";
+  std::ofstream(folder.path("figures.jsonl"), std::ios::app) << R"({"figure":"cut sho)";
   FigureWriter again(folder.path());
-  EXPECT_EQ(content(again.path()), line("tick", 1) + line("other", 1)) << "half a record is none";
+  EXPECT_EQ(file_text(again.path()), line("tick", 1) + line("other", 1)) << "half a record is none";
   again.add({.figure = "new", .value = 2});
   again.add({.figure = "tick", .value = 3});
   again.add({.figure = "new", .conditions = {{"n", 2}}, .value = 4});
-  EXPECT_EQ(content(again.path()), line("other", 1) + line("new", 2) + line("tick", 3) +
-                                       to_json_line({.figure = "new", .conditions = {{"n", 2}}, .value = 4}) +
-                                       "\n");
+  EXPECT_EQ(file_text(again.path()),
+            line("other", 1) + line("new", 2) + line("tick", 3) +
+                to_json_line({.figure = "new", .conditions = {{"n", 2}}, .value = 4}) + "\n");
 }
 
 TEST(FigureWriter, CommonConditionsEndEachCaseAndKeepTheOthersRecords) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto write = [&folder](const char* plant, double value) {
     FigureWriter writer(folder.path());
     writer.set_common({{"plant", plant}});
@@ -138,7 +113,7 @@ TEST(FigureWriter, CommonConditionsEndEachCaseAndKeepTheOthersRecords) {
   write("separable", 1.0);
   write("general", 2.0);
   write("separable", 3.0);
-  const std::string lines = content(folder / "figures.jsonl");
+  const std::string lines = file_text(folder.path("figures.jsonl"));
   EXPECT_NE(lines.find(R"("case":{"object":"sponge","plant":"general"},"value":2)"), std::string::npos)
       << lines;
   EXPECT_NE(lines.find(R"("case":{"object":"sponge","plant":"separable"},"value":3)"), std::string::npos);
@@ -147,7 +122,7 @@ TEST(FigureWriter, CommonConditionsEndEachCaseAndKeepTheOthersRecords) {
 }
 
 TEST(Report, AConditionStandsInNamesAndTitles) {
-  const Folder folder;
+  const TemporaryFolder folder;
   Report report(folder.path());
   MarkdownTable table({"a"});
   table.add_row({"1"});
@@ -157,11 +132,12 @@ TEST(Report, AConditionStandsInNamesAndTitles) {
   report.begin_section("part", "The part");
   report.add_table("numbers", "Numbers", table);
   report.add({.figure = "f", .value = 1.0});
-  EXPECT_NE(content(folder / "numbers.md").find("## Numbers\n"), std::string::npos);
-  EXPECT_NE(content(folder / "numbers_general.md").find("## Numbers, plant general\n"), std::string::npos);
-  EXPECT_NE(content(folder / "sections/part_general.jsonl").find("The part, plant general"),
+  EXPECT_NE(file_text(folder.path("numbers.md")).find("## Numbers\n"), std::string::npos);
+  EXPECT_NE(file_text(folder.path("numbers_general.md")).find("## Numbers, plant general\n"),
             std::string::npos);
-  EXPECT_NE(content(folder / "figures.jsonl").find(R"("case":{"plant":"general"})"), std::string::npos);
+  EXPECT_NE(file_text(folder.path("sections/part_general.jsonl")).find("The part, plant general"),
+            std::string::npos);
+  EXPECT_NE(file_text(folder.path("figures.jsonl")).find(R"("case":{"plant":"general"})"), std::string::npos);
 }
 
 TEST(FigureWriter, SaysWhereItCannotWrite) {
@@ -205,19 +181,19 @@ SvgPlot example() {
 }
 
 TEST(SvgPlot, LeavesDataAndScriptBesideTheDrawing) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto problem = draw(example(), folder.path(), "plot");
-  EXPECT_EQ(content(folder / "plot.csv"),
+  EXPECT_EQ(file_text(folder.path("plot.csv")),
             "series,\"depth [mm]\",\"force "
             "[N]\"\n\"one\",0.1,0\n\"one\",1,0.5\n\"one\",10,1\n\n\n\"nothing\",nan,nan\n\n\n"
             "\"two\",0.1,1\n\"two\",1,nan\n\"two\",10,2\n");
-  EXPECT_NE(content(folder / "plot.gp").find("'Force over ''depth'''"), std::string::npos);
+  EXPECT_NE(file_text(folder.path("plot.gp")).find("'Force over ''depth'''"), std::string::npos);
   if (problem) GTEST_SKIP() << *problem;
-  EXPECT_NE(content(folder / "plot.svg").find("</svg>"), std::string::npos);
+  EXPECT_NE(file_text(folder.path("plot.svg")).find("</svg>"), std::string::npos);
 }
 
 TEST(SvgPlot, WithoutGnuplotKeepsTheDataAndSaysWhatToDo) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/nowhere", 1);
   const auto problem = draw(example(), folder.path(), "plot");
@@ -227,12 +203,12 @@ TEST(SvgPlot, WithoutGnuplotKeepsTheDataAndSaysWhatToDo) {
       *problem,
       "plot.svg was not drawn: gnuplot is not installed; plot.csv and plot.gp are written; apt-get install "
       "gnuplot-nox, then: gnuplot plot.gp");
-  EXPECT_TRUE(std::filesystem::exists(folder / "plot.csv"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "plot.gp"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path("plot.csv")));
+  EXPECT_TRUE(std::filesystem::exists(folder.path("plot.gp")));
 }
 
 TEST(SvgPlot, RefusesASeriesOfTwoLengths) {
-  const Folder folder;
+  const TemporaryFolder folder;
   SvgPlot plot = example();
   plot.series[0].y.pop_back();
   EXPECT_THROW(draw(plot, folder.path(), "plot"), std::invalid_argument);
