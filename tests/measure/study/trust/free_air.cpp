@@ -1,10 +1,11 @@
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/common/explore_study.h"
+#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/trust/trust_study.h"
 #include "tests/measure/study/trust/trust_trial.h"
@@ -58,22 +59,15 @@ std::vector<TrustCase> cases_of(bool quick) {
 }
 
 report::CellValues values_of(const TrustOutcome& o) {
-  return {o.simulated_s, o.free_s,    o.max_n,  o.max_at_s,     o.longest_ms,       o.longest_at_s,
-          o.declared,    o.withdrawn, o.zero_n, o.silent_share, o.holds ? 1.0 : 0.0};
+  return {o.simulated_s, o.free_s,    o.max_n,        o.max_at_s,         o.longest_ms,
+          o.declared,    o.withdrawn, o.silent_share, o.holds ? 1.0 : 0.0};
 }
 TrustOutcome outcome_of(const report::CellValues& v) {
   TrustOutcome o;
-  o.simulated_s = v[0];
-  o.free_s = v[1];
-  o.max_n = v[2];
-  o.max_at_s = v[3];
-  o.longest_ms = v[4];
-  o.longest_at_s = v[5];
-  o.declared = v[6];
-  o.withdrawn = v[7];
-  o.zero_n = v[8];
-  o.silent_share = v[9];
-  o.holds = v[10] > 0.5;
+  double* const fields[] = {&o.simulated_s, &o.free_s,   &o.max_n,     &o.max_at_s,
+                            &o.longest_ms,  &o.declared, &o.withdrawn, &o.silent_share};
+  for (std::size_t i = 0; i < std::size(fields); ++i) *fields[i] = v[i];
+  o.holds = v[std::size(fields)] > 0.5;
   return o;
 }
 
@@ -83,7 +77,6 @@ struct Worst {
   const TrustCase* hardest = nullptr;  ///< most force; where that is the same, longest
   int runs = 0;
   int failing = 0;
-  double seconds = 0.0;
 
   void add(const TrustCase& trial, const TrustOutcome& o) {
     const bool harder =
@@ -92,15 +85,12 @@ struct Worst {
       hardest = &trial;
       of.max_at_s = o.max_at_s;
     }
-    if (o.longest_ms > of.longest_ms) of.longest_at_s = o.longest_at_s;
     of.max_n = std::max(of.max_n, o.max_n);
     of.longest_ms = std::max(of.longest_ms, o.longest_ms);
     of.declared += o.declared;
     of.withdrawn += o.withdrawn;
-    of.zero_n = std::max(of.zero_n, o.zero_n);
     of.silent_share = std::max(of.silent_share, o.silent_share);
     failing += o.holds ? 0 : 1;
-    seconds += o.simulated_s;
     ++runs;
   }
 };
@@ -127,50 +117,28 @@ void add_figures(StudyContext& context, const std::vector<TrustCase>& cases,
     if (is_new) order.push_back(key);
     at->second.second.add(t, outcomes[i]);
   }
+  const auto add = [&](const char* name, const char* unit, double value, double goal, const char* source,
+                       report::Case conditions) {
+    report::Figure figure{name, std::move(conditions)};
+    figure.unit = unit;
+    figure.value = value;
+    figure.goal = goal;
+    figure.source = source;
+    context.report.add(figure);
+  };
+  constexpr double kGoalMs = 1e3 * FreeAirJudge::kWithinS;
   for (const std::string& key : order) {
     const TrustCase& t = *by_case[key].first;
-    const Worst& worst = by_case[key].second;
-    report::Case conditions{
-        {"cause", t.cause->name}, {"scene", t.scene}, {"device", t.device}, {"rate_hz", t.rate_hz}};
+    const TrustOutcome& worst = by_case[key].second.of;
+    report::Case conditions{{"scene", t.scene}, {"device", t.device}, {"rate_hz", t.rate_hz}};
     if (t.published) conditions.emplace_back("pipeline", "published");
-    report::Figure force{"free_air_force_max_n", conditions};
-    force.unit = "N";
-    force.value = worst.of.max_n;
-    force.goal = FreeAirJudge::kMaxN;
-    force.source = kSource;
-    context.report.add(force);
-    report::Figure duration{"free_air_force_duration_ms", conditions};
-    duration.unit = "ms";
-    duration.value = worst.of.longest_ms;
-    duration.goal = 1e3 * FreeAirJudge::kWithinS;
-    duration.source = kSource;
-    context.report.add(duration);
-    if (t.cause->name != "object_vanishes") continue;
-    report::Figure vanish{"vanish_to_zero_ms",
-                          {{"scene", t.scene}, {"device", t.device}, {"rate_hz", t.rate_hz}}};
-    if (t.published) vanish.conditions.emplace_back("pipeline", "published");
-    vanish.unit = "ms";
-    vanish.value = worst.of.longest_ms;
-    vanish.goal = 1e3 * FreeAirJudge::kWithinS;
-    vanish.source = "from the end of the contact to less than 0.05 N";
-    context.report.add(vanish);
+    if (t.cause->name == "object_vanishes")
+      add("vanish_to_zero_ms", "ms", worst.longest_ms, kGoalMs,
+          "from the end of the contact to less than 0.05 N", conditions);
+    conditions.emplace(conditions.begin(), "cause", t.cause->name);
+    add("free_air_force_max_n", "N", worst.max_n, FreeAirJudge::kMaxN, kSource, conditions);
+    add("free_air_force_duration_ms", "ms", worst.longest_ms, kGoalMs, kSource, conditions);
   }
-}
-
-std::string share_of(int part, int whole) {
-  return std::to_string(part) + " of " + std::to_string(whole);
-}
-
-/// The tick-by-tick story of the worst run of a cause.
-report::PlotSeries story(const std::string& label, const TrustCase& trial, double at_s,
-                         const TrustModels& models, std::optional<int> colour, bool dashed) {
-  std::vector<TrustTick> ticks;
-  run_trust_case(trial, models, &ticks, at_s - 0.1, at_s + 0.2);
-  report::PlotSeries series{label};
-  series.colour = colour;
-  series.dashed = dashed;
-  for (const TrustTick& tick : ticks) series.add(1e3 * (tick.time_s - at_s), tick.force_n);
-  return series;
 }
 
 }  // namespace
@@ -187,35 +155,24 @@ void run_free_air(StudyContext& context) {
   for (const auto& cell : *cells) outcomes.push_back(outcome_of(cell));
   add_figures(context, cases, outcomes);
 
-  std::map<std::string, Worst> ours, published, ours_by_level;
-  double seconds = 0.0;
+  std::map<std::string, Worst> ours, published;
   double free_seconds = 0.0;
-  int runs = 0;
-  int failing = 0;
+  report::Figure simulated{"trust_simulated_s"};
+  simulated.value = 0.0;
+  simulated.unit = "s";
+  simulated.source = kSource;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const TrustCase& t = cases[i];
     (t.published ? published : ours)[t.cause->name].add(t, outcomes[i]);
     if (t.published) continue;
-    ours_by_level[t.cause->label()].add(t, outcomes[i]);
-    seconds += outcomes[i].simulated_s;
+    *simulated.value += outcomes[i].simulated_s;
     free_seconds += outcomes[i].free_s;
-    ++runs;
-    failing += outcomes[i].holds ? 0 : 1;
   }
-  const auto total = [&](const char* name, double value, const char* unit, std::optional<double> goal) {
-    report::Figure figure{name};
-    figure.value = value;
-    figure.unit = unit;
-    figure.goal = goal;
-    figure.source = kSource;
-    context.report.add(figure);
-  };
-  total("trust_simulated_s", seconds, "s", std::nullopt);
-  total("trust_failing_share", runs > 0 ? static_cast<double>(failing) / runs : 0.0, "1", 0.0);
+  context.report.add(simulated);
 
   report::MarkdownTable table({"cause", "runs", "failing", "largest N", "longest ms", "contacts declared",
-                               "withdrawn", "zero followed mN", "guard without force", "published: failing",
-                               "largest N", "longest ms"});
+                               "withdrawn", "guard without force", "published: failing", "largest N",
+                               "longest ms", "worst run"});
   report::SvgPlot bars;
   bars.title = "Largest force in free air, from 20 ms after a contact";
   bars.x = {"force asked of the device", "N", true, 1e-4, 100.0};
@@ -231,8 +188,9 @@ void run_free_air(StudyContext& context) {
     const Worst& p = published[name];
     table.add_row({name, std::to_string(w.runs), std::to_string(w.failing), fixed(w.of.max_n, 3),
                    fixed(w.of.longest_ms, 1), fixed(w.of.declared, 0), fixed(w.of.withdrawn, 0),
-                   fixed(1e3 * w.of.zero_n, 1), fixed(100.0 * w.of.silent_share, 1) + " %",
-                   share_of(p.failing, p.runs), fixed(p.of.max_n, 3), fixed(p.of.longest_ms, 1)});
+                   fixed(100.0 * w.of.silent_share, 1) + " %",
+                   std::to_string(p.failing) + " of " + std::to_string(p.runs), fixed(p.of.max_n, 3),
+                   fixed(p.of.longest_ms, 1), w.hardest->text() + ", at " + fixed(w.of.max_at_s, 3) + " s"});
     const auto line = static_cast<double>(bars.y.categories.size());
     std::string label = name;
     std::replace(label.begin(), label.end(), '_', ' ');
@@ -240,65 +198,17 @@ void run_free_air(StudyContext& context) {
     constexpr double kFloorN = 1.2e-4;  // zero has no place on a logarithmic axis
     our_dots.add(std::max(kFloorN, w.of.max_n), line - 0.12);
     their_dots.add(std::max(kFloorN, p.of.max_n), line + 0.12);
-
-    report::Figure zero{"zero_tracked_n", {{"cause", name}}};
-    zero.unit = "N";
-    zero.value = w.of.zero_n;
-    context.report.add(zero);
-    report::Figure withdrawn{"contact_withdrawn", {{"cause", name}}};
-    withdrawn.value = w.of.withdrawn;
-    withdrawn.source = "in all runs of the cause";
-    context.report.add(withdrawn);
   }
   bars.series = {our_dots, their_dots};
   context.report.add_table(
       "trust_free_air", "Force where nothing is touched", table,
-      fixed(seconds, 0) + " simulated seconds, " + fixed(free_seconds, 0) +
+      fixed(*simulated.value, 0) + " simulated seconds, " + fixed(free_seconds, 0) +
           " of them in free air by the truth; tap_1d, explore_rod, explore_bearing and wall (away from its "
           "plane), both devices, 1 and 5 kHz, several seeds; 12.6 g tool, targets 0.7 and 0.8 N/mm. The tool "
           "rests and is waved ±20 mm at 2.2 Hz in all directions, or (abrupt hand, lab) moved with 400 mm/s "
           "and 20 m/s²; where an object is lost it is pressed or stroked before. A latched guard is cleared "
           "after 0.3 s. Contacts declared: where nothing was touched.");
   context.report.add_plot("trust_free_air", bars);
-
-  report::MarkdownTable levels({"cause", "runs", "failing", "largest N", "longest ms", "worst run"});
-  for (const TrustCause& cause : trust_causes()) {
-    const auto at = ours_by_level.find(cause.label());
-    if (at == ours_by_level.end()) continue;
-    const Worst& w = at->second;
-    levels.add_row({cause.label(), std::to_string(w.runs), std::to_string(w.failing), fixed(w.of.max_n, 3),
-                    fixed(w.of.longest_ms, 1), w.hardest->text() + ", at " + fixed(w.of.max_at_s, 3) + " s"});
-  }
-  context.report.add_table("trust_levels", "The same by level, with the worst run", levels);
-
-  // The worst runs, reported tick by tick.
-  report::SvgPlot traces;
-  traces.title = "Worst runs: causes with more than 0.05 N, and the published pipeline";
-  traces.x = {"time around the largest force", "ms", false, -100.0, 200.0};
-  traces.y = {"force asked of the device", "N"};
-  traces.y.minimum = 0.0;
-  traces.height_px = 620;
-  traces.references = {{report::PlotReference::Axis::kY, FreeAirJudge::kMaxN, "0.3 N"}};
-  int colour = 0;
-  const Worst* worst_published = nullptr;
-  for (const std::string& name : names_in_order()) {
-    if (published.count(name) > 0 &&
-        (worst_published == nullptr || published[name].of.max_n > worst_published->of.max_n)) {
-      worst_published = &published[name];
-    }
-    const auto at = ours.find(name);
-    constexpr int kMaxTraces = 10;
-    if (at == ours.end() || at->second.of.max_n < FreeAirJudge::kZeroN || colour >= kMaxTraces) continue;
-    traces.series.push_back(story(at->second.hardest->cause->label(), *at->second.hardest,
-                                  at->second.of.max_at_s, models, colour, false));
-    ++colour;
-  }
-  if (worst_published != nullptr && worst_published->hardest != nullptr && worst_published->of.max_n > 0.0) {
-    traces.series.push_back(story("published: " + worst_published->hardest->cause->label(),
-                                  *worst_published->hardest, worst_published->of.max_at_s, models, colour,
-                                  true));
-  }
-  if (!traces.series.empty()) context.report.add_plot("trust_worst", traces);
 }
 
 }  // namespace hapticd::study

@@ -2,7 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/common/explore_study.h"
+#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/trust/settings_search.h"
 #include "tests/measure/study/trust/trust_study.h"
 #include "tests/support/free_air_judge.h"
@@ -15,7 +16,7 @@ using report::fixed;
 using test::FreeAirJudge;
 
 report::CellValues values_of(const SettingsOutcome& o) {
-  return {o.scenes, o.targets,    o.models,     o.refused,       o.free_s,  o.free_air_max_n,
+  return {o.scenes,     o.targets,    o.models,        o.refused, o.free_s,  o.free_air_max_n,
           o.longest_ms, o.step_max_n, o.contact_max_n, o.hardest, o.roughest};
 }
 
@@ -69,14 +70,15 @@ void run_settings(StudyContext& context) {
   add("inputs_tried", all.inputs(), "1", std::nullopt);
 
   report::MarkdownTable table({"scenes", "targets", "stored models", "refused", "free air s",
-                               "largest N in free air", "longest ms", "largest step N", "largest N in contact",
-                               "searches failing"});
+                               "largest N in free air", "longest ms", "largest step N",
+                               "largest N in contact", "searches failing"});
   table.add_row({fixed(all.scenes, 0), fixed(all.targets, 0), fixed(all.models, 0), fixed(all.refused, 0),
                  fixed(all.free_s, 0), fixed(all.free_air_max_n, 3), fixed(all.longest_ms, 1),
                  fixed(all.step_max_n, 3), fixed(all.contact_max_n, 2), std::to_string(failing)});
   context.report.add_table(
       "trust_settings", "All that is accepted, drawn at random", table,
-      "Each scene is rendered for one tap or press and what follows it, exchanged in free air; targets are set "
+      "Each scene is rendered for one tap or press and what follows it, exchanged in free air; targets are "
+      "set "
       "in contact. Largest force in free air from 20 ms after a contact; most in search " +
           std::to_string(hardest + 1) + ", scene " + fixed(all.hardest, 0) + "; largest step in search " +
           std::to_string(roughest + 1) + ", scene " + fixed(all.roughest, 0) + ".");

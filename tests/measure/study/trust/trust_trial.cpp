@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "rt/scene/compose.h"
-#include "rt/scene/renderer.h"
+#include "tests/measure/study/common/hands.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/support/free_air_judge.h"
@@ -21,12 +21,6 @@ using test::value_of;
 /// Height at which nothing is near: the waves' amplitude is 26 mm at most.
 constexpr double kAirMm = 70.0;
 constexpr double kMotionS = 8.0;
-
-/// A program and when it takes over.
-struct Act {
-  double from_s = 0.0;
-  sim::HandProgram program;
-};
 
 sim::HandProgram resting() {
   sim::HandProgram hand;
@@ -62,6 +56,14 @@ sim::HandProgram darting(std::uint64_t seed) {
   return hand;
 }
 
+/// Presses and does not let go.
+sim::HandProgram pressing_at_once(double force_n) {
+  sim::HandProgram press = pressing(force_n);
+  press.force_rate_n_per_s = 4.0;
+  press.approach_mm_per_s = 40.0;
+  return press;
+}
+
 std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
   std::vector<Act> acts;
   duration_s = std::max(trial.duration_s, trial.cause->duration_s);
@@ -79,34 +81,21 @@ std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
       }
       break;
     }
-    case TrustMotion::kPress: {
-      sim::HandProgram press;
-      press.kind = Kind::kPress;
-      press.force_n = trial.seed % 2 == 0 ? 2.0 : 4.0;
-      press.force_rate_n_per_s = 4.0;
-      press.approach_mm_per_s = 40.0;
-      press.hold_s = -1.0;
-      acts = {{0.0, press}, {8.5, waving()}};
+    case TrustMotion::kPress:
+      acts = {{0.0, pressing_at_once(trial.seed % 2 == 0 ? 2.0 : 4.0)}, {8.5, waving()}};
       break;
-    }
     case TrustMotion::kPressOften: {
-      sim::HandProgram press;
-      press.kind = Kind::kPress;
-      press.force_n = std::max(trial.seed % 2 == 0 ? 2.0 : 1.0, 1.1 * trial.cause->biased_at_n);
+      sim::HandProgram press =
+          pressing_at_once(std::max(trial.seed % 2 == 0 ? 2.0 : 1.0, 1.1 * trial.cause->biased_at_n));
       press.force_rate_n_per_s = trial.seed % 3 == 0 ? 20.0 : 4.0;
-      press.approach_mm_per_s = 40.0;
       press.hold_s = 1.0;
       press.repetitions = 3;
       acts = {{0.0, press}, {8.5, waving()}};
       break;
     }
     case TrustMotion::kLeave: {
-      sim::HandProgram press;
-      press.kind = Kind::kPress;
-      press.force_n = trial.seed % 2 == 0 ? 2.0 : 1.0;
-      press.force_rate_n_per_s = 4.0;
+      sim::HandProgram press = pressing_at_once(trial.seed % 2 == 0 ? 2.0 : 1.0);
       press.approach_mm_per_s = 30.0;
-      press.hold_s = -1.0;
       sim::HandProgram leaves;
       leaves.place_mm = {0.0, 0.0, 15.0};
       leaves.travel_s = 20.0;
@@ -114,13 +103,8 @@ std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
       break;
     }
     case TrustMotion::kStroke: {
-      sim::HandProgram stroke;
-      stroke.kind = Kind::kStroke;
-      stroke.force_n = trial.seed % 2 == 0 ? 2.0 : 3.0;
-      stroke.force_rate_n_per_s = 4.0;
-      stroke.approach_mm_per_s = 40.0;
-      stroke.speed_mm_per_s = trial.seed % 2 == 0 ? 60.0 : 150.0;
-      stroke.stroke_length_mm = 60.0;
+      const bool is_even = trial.seed % 2 == 0;
+      sim::HandProgram stroke = stroking(is_even ? 2.0 : 3.0, is_even ? 60.0 : 150.0, 60.0, 40.0);
       stroke.repetitions = 3;
       acts = {{0.0, stroke}, {14.0, waving()}};
       break;
@@ -128,25 +112,6 @@ std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
   }
   return acts;
 }
-
-/// A bias at the wrong moment.
-struct WrongBias {
-  hal::Vector3 force_n;
-  std::uint32_t count = 0;
-
-  /// True at the tick at which it is taken.
-  bool apply(double at_n, const hal::TruthSample& truth, hal::RigSample& sample) {
-    if (at_n <= 0.0) return false;
-    const bool now = count == 0 && dot(truth.reaction_force_n, truth.reaction_force_n) >= at_n * at_n;
-    if (now) {
-      force_n = sample.sensor_force_n;
-      count = 1;
-    }
-    sample.sensor_force_n = sample.sensor_force_n - force_n;
-    sample.bias_serial += count;
-    return now;
-  }
-};
 
 }  // namespace
 
@@ -199,62 +164,71 @@ sim::SimulationConfig trust_rig(const TrustCase& trial) {
   return rig;
 }
 
-TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, std::vector<TrustTick>* trace,
-                            double trace_from_s, double trace_to_s) {
-  const auto rig = value_of(create_rig(trust_rig(trial)));
-  rt::SceneSpec scene = value_of(rt::resolve(trust_scene(trial), rig->info()));
+TrustRun::TrustRun(const TrustCase& trial, const TrustModels& models, const sim::SimulationConfig& rig,
+                   rt::SceneSpec scene, std::vector<Act> acts)
+    : biased_at_n_(trial.cause->biased_at_n), acts_(std::move(acts)), rig_(value_of(create_rig(rig))) {
+  scene = value_of(rt::resolve(std::move(scene), rig_->info()));
   if (trial.published) scene.guard.renders_real_object = false;  // it had no such guard
-  const auto pipeline =
-      value_of(rt::compose(scene, rig->info(), trial.published ? models.published : models.ours));
-  rt::Renderer renderer(scene.guard, trial.rate_hz);
-  if (trial.cause->biased_at_n == 0.0) renderer.exchange(pipeline.get(), scene.guard);
+  limits_ = scene.guard;
+  pipeline_ = value_of(rt::compose(scene, rig_->info(), trial.published ? models.published : models.ours));
+  renderer_ = std::make_unique<rt::Renderer>(limits_, trial.rate_hz);
+  if (biased_at_n_ == 0.0) renderer_->exchange(pipeline_.get(), limits_);
+}
 
+TrustRun::~TrustRun() = default;
+
+/// Takes a bias at the wrong moment, and loads the scene then.
+void TrustRun::bias_wrongly() {
+  if (biases_ == 0 && dot(truth.reaction_force_n, truth.reaction_force_n) >= biased_at_n_ * biased_at_n_) {
+    bias_n_ = sample.sensor_force_n;
+    biases_ = 1;
+    renderer_->exchange(pipeline_.get(), limits_);
+  }
+  sample.sensor_force_n = sample.sensor_force_n - bias_n_;
+  sample.bias_serial += biases_;
+}
+
+void TrustRun::step() {
+  if (next_act_ < acts_.size() && acts_[next_act_].from_s <= now_s) {
+    act = acts_[next_act_].program.kind;
+    demand(rig_->set_program(acts_[next_act_++].program));
+  }
+  rig_->read(sample);
+  rig_->truth(truth);
+  if (biased_at_n_ > 0.0) bias_wrongly();
+  record = rt::TickRecord{};
+  rig_->write(renderer_->tick(sample, record));
+  before_s = now_s;
+  now_s = 1e-9 * static_cast<double>(sample.time_ns);
+  silent = record.guard_state == rt::GuardState::kLatched || record.guard_state == rt::GuardState::kSuspended;
+  if (silent && silent_since_s_ < 0.0) silent_since_s_ = now_s;
+  constexpr double kClearedAfterS = 0.3;
+  if (!silent || (now_s - silent_since_s_ > kClearedAfterS && renderer_->clear())) silent_since_s_ = -1.0;
+}
+
+TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models) {
   TrustOutcome outcome;
   test::FreeAirJudge judge;
   double duration_s = 0.0;
-  const std::vector<Act> acts = acts_of(trial, duration_s);
-  std::size_t next_act = 0;
-  hal::RigSample sample;
-  hal::TruthSample truth;
-  rt::TickRecord record;
-  WrongBias bias;
+  std::vector<Act> acts = acts_of(trial, duration_s);
+  TrustRun run(trial, models, trust_rig(trial), trust_scene(trial), std::move(acts));
   std::uint32_t contacts = 0;
-  double silent_since_s = -1.0;
   double silent_s = 0.0;
-  double last_s = 0.0;
   double touched_s = -1.0;
-  for (double now_s = 0.0; now_s < duration_s;) {
-    if (next_act < acts.size() && acts[next_act].from_s <= now_s)
-      demand(rig->set_program(acts[next_act++].program));
-    rig->read(sample);
-    rig->truth(truth);
-    if (bias.apply(trial.cause->biased_at_n, truth, sample)) renderer.exchange(pipeline.get(), scene.guard);
-    record = rt::TickRecord{};
-    rig->write(renderer.tick(sample, record));
-    now_s = 1e-9 * static_cast<double>(sample.time_ns);
+  while (run.now_s < duration_s) {
+    run.step();
     // What is at the device until the next tick, next to what it touches by then.
-    const double force_n = std::sqrt(dot(record.device_command_n, record.device_command_n));
-    judge.add(now_s, truth.in_contact, force_n);
-    if (truth.in_contact) touched_s = now_s;
+    const hal::Vector3& command = run.record.device_command_n;
+    judge.add(run.now_s, run.truth.in_contact, std::sqrt(dot(command, command)));
+    if (run.truth.in_contact) touched_s = run.now_s;
     // Not a bounce, nor the contact that has just ended.
     constexpr double kAfterContactS = 0.1;
-    if (record.contact_count > contacts && !truth.in_contact && now_s - touched_s > kAfterContactS) {
-      outcome.declared += record.contact_count - contacts;
+    if (run.record.contact_count > contacts && !run.truth.in_contact &&
+        run.now_s - touched_s > kAfterContactS) {
+      outcome.declared += run.record.contact_count - contacts;
     }
-    contacts = record.contact_count;
-    if (trace != nullptr && now_s >= trace_from_s && now_s <= trace_to_s) {
-      trace->push_back({now_s, force_n, truth.in_contact, record.in_contact});
-    }
-    // A user clears what is latched; a device that never renders again would prove nothing.
-    if (record.guard_state == rt::GuardState::kLatched || record.guard_state == rt::GuardState::kSuspended) {
-      if (!truth.in_contact) silent_s += now_s - last_s;
-      if (silent_since_s < 0.0) silent_since_s = now_s;
-      constexpr double kClearedAfterS = 0.3;
-      if (now_s - silent_since_s > kClearedAfterS && renderer.clear()) silent_since_s = -1.0;
-    } else {
-      silent_since_s = -1.0;
-    }
-    last_s = now_s;
+    contacts = run.record.contact_count;
+    if (run.silent && !run.truth.in_contact) silent_s += run.now_s - run.before_s;
   }
   outcome.simulated_s = duration_s;
   outcome.free_s = judge.free_s();
@@ -262,8 +236,7 @@ TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, s
   outcome.max_at_s = judge.max_at_s();
   outcome.longest_ms = judge.longest_ms();
   outcome.longest_at_s = judge.longest_at_s();
-  outcome.withdrawn = withdrawn_contacts(record);
-  outcome.zero_n = followed_zero_n(record);
+  outcome.withdrawn = run.record.withdrawn_count;
   outcome.silent_share = judge.free_s() > 0.0 ? silent_s / judge.free_s() : 0.0;
   outcome.holds = judge.holds();
   return outcome;

@@ -8,6 +8,8 @@
 #include "hal/samples.h"
 #include "rt/model/models.h"
 #include "rt/record/tick_record.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/renderer.h"
 #include "rt/scene/scene_spec.h"
 #include "tests/measure/study/trust/trust_cause.h"
 
@@ -45,45 +47,54 @@ struct TrustOutcome {
   double longest_at_s = 0.0;
   double declared = 0.0;      ///< contacts declared that were none
   double withdrawn = 0.0;     ///< contacts the scene took back
-  double zero_n = 0.0;        ///< how far the scene has followed the sensor's zero in the end
   double silent_share = 0.0;  ///< of the time in free air the guard gave no force, whatever was asked
   bool holds = true;
 };
 
-/// A tick of a run, for a plot.
-struct TrustTick {
-  double time_s = 0.0;
-  double force_n = 0.0;
-  bool touching = false;
-  bool in_contact = false;  ///< as the scene believes
+/// A program of the hand and when it takes over.
+struct Act {
+  double from_s = 0.0;
+  sim::HandProgram program;
 };
 
-/// Runs a case. `trace` (may be null) gets the ticks from `trace_from_s` to `trace_to_s`.
-TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models,
-                            std::vector<TrustTick>* trace = nullptr, double trace_from_s = 0.0,
-                            double trace_to_s = 0.0);
+/// The closed loop of a case in virtual time. What latches is cleared after 0.3 s, as by a user: a device
+/// that never renders again would prove nothing.
+class TrustRun {
+ public:
+  TrustRun(const TrustCase& trial, const TrustModels& models, const sim::SimulationConfig& rig,
+           rt::SceneSpec scene, std::vector<Act> acts);
+  TrustRun(const TrustRun&) = delete;
+  ~TrustRun();
+
+  void step();
+
+  hal::RigSample sample{};
+  hal::TruthSample truth{};
+  rt::TickRecord record{};
+  double now_s = 0.0;
+  double before_s = 0.0;         ///< the tick before
+  sim::HandProgram::Kind act{};  ///< what the hand does now
+  bool silent = false;           ///< the guard lets nothing through
+
+ private:
+  void bias_wrongly();
+
+  double biased_at_n_;
+  std::vector<Act> acts_;
+  std::size_t next_act_ = 0;
+  std::unique_ptr<sim::SimulatedRig> rig_;
+  rt::GuardLimits limits_;
+  std::unique_ptr<rt::Pipeline> pipeline_;
+  std::unique_ptr<rt::Renderer> renderer_;
+  hal::Vector3 bias_n_;
+  std::uint32_t biases_ = 0;
+  double silent_since_s_ = -1.0;
+};
+
+TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models);
 
 /// The scene of a case, and the rig it runs on.
 rt::SceneSpec trust_scene(const TrustCase& trial);
 sim::SimulationConfig trust_rig(const TrustCase& trial);
-
-/// How far the sensor's zero was followed, where the record says so.
-template <class Record>
-double followed_zero_n(const Record& record) {
-  if constexpr (requires { record.zero.force_n; }) {
-    const hal::Vector3 zero = record.zero.force_n;
-    return std::sqrt(dot(zero, zero));
-  } else {
-    return 0.0;
-  }
-}
-template <class Record>
-std::uint32_t withdrawn_contacts(const Record& record) {
-  if constexpr (requires { record.withdrawn_count; }) {
-    return record.withdrawn_count;
-  } else {
-    return 0;
-  }
-}
 
 }  // namespace hapticd::study
