@@ -51,34 +51,28 @@ double shaken(const Effort& effort) {
 
 double shaken_with_gaps(const Effort& effort) {
   rt::FreeMotionResidual residual(kToolG, kRateHz);
-  Largest largest;
   std::int64_t time_ns = 0;
-  const long ticks = effort.ticks(1.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(1.0), [&](long i) {
     const std::int64_t step_ns = i % 371 == 370 ? 6'000'000 : 1'000'000;
     time_ns += step_ns;
     const double t = 1e-9 * static_cast<double>(time_ns);
     // A driver's mean is of all that arrived since the tick before.
     const double r = residual.update(shaken_force_n(t - 1e-9 * static_cast<double>(step_ns), t), shaken_mm(t),
                                      time_ns, false);
-    if (i > 1000) largest.see(r);
-  }
-  return largest.value();
+    return i > 1000 ? r : 0.0;
+  });
 }
 
 /// Encoders at rest between two counts, each tick either, and the sensor's own noise.
 double noisy_rest(const Effort& effort) {
   rt::FreeMotionResidual residual(kToolG, kRateHz);
   sim::Random random(2);
-  Largest largest;
   double position = 0.0;
-  const long ticks = effort.ticks(10.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(10.0), [&](long i) {
     if (random.uniform() < 0.01) position = kCountMm - position;
     const double r = residual.update(kNoiseN * random.normal(), position, i * 1'000'000, false);
-    if (i > 1000) largest.see(r);
-  }
-  return largest.value();
+    return i > 1000 ? r : 0.0;
+  });
 }
 
 double two_reads_at_once(const Effort&) {

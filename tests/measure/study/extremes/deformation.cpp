@@ -131,13 +131,10 @@ double creep_ten_hours(const Effort& effort) {
 double fused_ten_hours(const Effort& effort) {
   rt::FusedDisplacement fused(0.05, kNoiseN, kRateHz);
   fused.begin(4.0, 0.03);
-  Largest largest;
-  const long ticks = effort.ticks(10.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(10.0), [&](long i) {
     fused.update(i % 2 == 0 ? kCountMm : -kCountMm, 0.0, {4.05, 2.0});
-    largest.see(fused.displacement_mm() - 4.025);
-  }
-  return largest.value();
+    return fused.displacement_mm() - 4.025;
+  });
 }
 
 /// Law and way of absurd sizes, in turn: the estimate lies between where the way took it and what the law

@@ -65,4 +65,12 @@ class Largest {
   double value_ = 0.0;
 };
 
+/// The largest magnitude of what `each` gives in so many ticks.
+template <class Each>
+double largest_of(long ticks, Each each) {
+  Largest largest;
+  for (long i = 0; i < ticks; ++i) largest.see(each(i));
+  return largest.value();
+}
+
 }  // namespace hapticd::study::extremes

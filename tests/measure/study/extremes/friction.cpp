@@ -32,14 +32,11 @@ double dahl_split(const Effort&) {
 double dahl_any_steps(const Effort& effort) {
   sim::Random random(1);
   double z = 0.0;
-  Largest largest;
-  const long ticks = effort.ticks(1.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(1.0), [&](long) {
     const double step = std::pow(10.0, 15.0 * random.uniform() - 9.0);
     z = rt::dahl_step(z, random.uniform() < 0.5 ? step : -step, 0.3);
-    largest.see(z);
-  }
-  return largest.value();
+    return z;
+  });
 }
 
 double dahl_rest(const Effort& effort) {
@@ -115,13 +112,12 @@ double maxwell_split(const Effort&) {
 double maxwell_any_steps(const Effort& effort) {
   rt::MaxwellSlip slip(maxwell_parameters());
   sim::Random random(2);
-  Largest largest;
-  const long ticks = effort.ticks(1.0);
-  for (long i = 0; i < ticks; ++i) {
-    const double step = std::pow(10.0, 12.0 * random.uniform() - 9.0);
-    largest.see(slip.step(random.uniform() < 0.5 ? step : -step));
-  }
-  return largest.value() / maxwell_parameters().kinetic();
+  return largest_of(effort.ticks(1.0),
+                    [&](long) {
+                      const double step = std::pow(10.0, 12.0 * random.uniform() - 9.0);
+                      return slip.step(random.uniform() < 0.5 ? step : -step);
+                    }) /
+         maxwell_parameters().kinetic();
 }
 
 double maxwell_dither(const Effort& effort) {

@@ -141,10 +141,9 @@ double port_at_rest(const Effort& effort) {
   rt::HandPortPassivity port(kRateHz);
   port.begin();
   port.update({0.0, 0.0, 100.0}, {}, {0.0, 0.0, 1.0}, {0.0, 0.0, 1000.0});  // deep in debt
-  Largest largest;
-  const long ticks = effort.ticks(0.1);
-  for (long i = 0; i < ticks; ++i) largest.see(rt::norm(port.update({0.0, 0.0, 100.0}, {}, {}, {})));
-  return largest.value();
+  return largest_of(effort.ticks(0.1), [&](long) {
+    return rt::norm(port.update({0.0, 0.0, 100.0}, {}, {}, {}));
+  });
 }
 
 }  // namespace

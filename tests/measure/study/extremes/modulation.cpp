@@ -123,24 +123,19 @@ rt::FrictionModulation::Input stroke(sim::Random& random, long tick) {
 double more_friction(const Effort& effort) {
   sim::Random random(12);
   rt::FrictionModulation modulation(rt::FrictionTarget{3.0, std::nullopt}, 0.8);
-  Largest largest;
-  const long ticks = effort.ticks(1.0);
-  for (long i = 0; i < ticks; ++i) largest.see(rt::norm(modulation.update(stroke(random, i))));
-  return largest.value();
+  return largest_of(effort.ticks(1.0),
+                    [&](long i) { return rt::norm(modulation.update(stroke(random, i))); });
 }
 
 /// Less: the share of the friction along the way that is taken away.
 double less_friction(const Effort& effort) {
   sim::Random random(13);
   rt::FrictionModulation modulation(rt::FrictionTarget{0.15, std::nullopt}, 0.8);
-  Largest largest;
-  const long ticks = effort.ticks(1.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(1.0), [&](long i) {
     const rt::FrictionModulation::Input input = stroke(random, i);
     const double friction_n = rt::norm(input.friction_n);
-    largest.see(rt::norm(modulation.update(input)) / std::max(friction_n, 1e-12));
-  }
-  return largest.value();
+    return rt::norm(modulation.update(input)) / std::max(friction_n, 1e-12);
+  });
 }
 
 double friction_nan(const Effort&) {

@@ -88,13 +88,10 @@ class Bench {
 double held_ten_hours(bool explore, const Effort& effort) {
   Bench bench(explore);
   const double first = bench.press_and_hold().displacement_mm;
-  Largest largest;
-  const long ticks = effort.ticks(explore ? 5.0 : 10.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(explore ? 5.0 : 10.0), [&](long) {
     const rt::TickRecord record = bench.tick(bench.at(-kDeepMm));
-    largest.see(record.in_contact ? record.displacement_mm - first : 1e3);
-  }
-  return largest.value();
+    return record.in_contact ? record.displacement_mm - first : 1e3;
+  });
 }
 
 double dithered(bool explore, const Effort& effort) {

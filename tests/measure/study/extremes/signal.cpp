@@ -27,22 +27,16 @@ double counts(double position_mm) {
 
 double velocity_at_rest(const Effort& effort) {
   rt::AdaptiveWindowVelocity velocity(kCountMm, kRateHz);
-  Largest largest;
-  const long ticks = effort.ticks(10.0);
-  for (long i = 0; i < ticks; ++i) largest.see(velocity.update(123.45));
-  return largest.value();
+  return largest_of(effort.ticks(10.0), [&](long) { return velocity.update(123.45); });
 }
 
 double velocity_of_dither(const Effort& effort) {
   rt::AdaptiveWindowVelocity velocity(kCountMm, kRateHz);
   sim::Random random(1);
-  Largest largest;
-  const long ticks = effort.ticks(1.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(1.0), [&](long i) {
     const double v = velocity.update(random.uniform() < 0.5 ? 0.0 : kCountMm);
-    if (i > 16) largest.see(v);
-  }
-  return largest.value();
+    return i > 16 ? v : 0.0;
+  });
 }
 
 double velocity_after_nan(const Effort&) {
@@ -88,15 +82,12 @@ double velocity_in_jitter(const Effort&) {
 double butterworth_noise(const Effort& effort) {
   rt::ButterworthLowPass filter(50.0, kRateHz);
   sim::Random random(3);
-  Largest largest;
   // A random telegraph: ±1, held for any number of ticks; the worst input there is to a low-pass is one.
   double input = 1.0;
-  const long ticks = effort.ticks(10.0);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(10.0), [&](long) {
     if (random.uniform() < 0.1) input = -input;
-    largest.see(filter.update(input));
-  }
-  return largest.value();
+    return filter.update(input);
+  });
 }
 
 /// No input within ±1 gives more.

@@ -127,9 +127,7 @@ sim::FrictionParameters rough() {
 double friction_level(const Effort& effort) {
   sim::Friction friction(rough(), kStepS);
   sim::Random random(2);
-  Largest largest;
-  const long ticks = effort.ticks(0.3);
-  for (long i = 0; i < ticks; ++i) {
+  return largest_of(effort.ticks(0.3), [&](long i) {
     const double normal = std::pow(10.0, 13.5 * random.uniform() - 12.0);
     const double way = std::pow(10.0, 12.0 * random.uniform() - 9.0);
     const double angle = 6.283 * random.uniform();
@@ -138,9 +136,8 @@ double friction_level(const Effort& effort) {
     // Bristles and their damping: the level, and what damping adds while they turn over in one step.
     const double level = rough().kinetic * rough().static_ratio * (1.0 + rough().ripple_share);
     const double most = level * (1.0 + 2.0 * rough().bristle_damping_s / kStepS);
-    largest.see(rt::norm(force) / (most * normal));
-  }
-  return largest.value();
+    return rt::norm(force) / (most * normal);
+  });
 }
 
 /// A pull back and forth about a quarter of breakaway: where the tip is at the same phase, early and late.
