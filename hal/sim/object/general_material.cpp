@@ -41,14 +41,6 @@ double theta(double step_over_time) noexcept {
 
 }  // namespace
 
-double GeneralMaterial::fading_kernel(double power, double time_s) {
-  double sum = beyond_the_slowest(power);
-  for (std::size_t i = 0; i < kModes; ++i) {
-    sum += mode_stiffness(power, i) * std::exp(-time_s / mode_time_s(i));
-  }
-  return sum;
-}
-
 GeneralMaterial::GeneralMaterial(const MaterialParameters& shape, const GeneralMaterialParameters& memory,
                                  double step_s)
     : shape_(shape), memory_(memory), step_s_(step_s) {

@@ -58,8 +58,6 @@ class GeneralMaterial {
   double settled_force_n(double depth_mm) const noexcept;
   /// Energy held in springs, N·mm. Never grows by more than the work done on the matter.
   double stored_n_mm() const noexcept;
-  /// Sum of the modes a time after a step of strain, over `fading_share`: it approximates t^-power.
-  static double fading_kernel(double power, double time_s);
 
  private:
   struct Answer {  ///< of all memories to a change of strain within the step

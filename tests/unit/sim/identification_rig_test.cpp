@@ -8,12 +8,15 @@
 #include <set>
 
 #include "hal/sim/sensor/external_instrument.h"
+#include "tests/support/turn.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {
 namespace {
 
 using hal::Vector3;
+using test::inverse;
+using test::turned;
 using test::VirtualRig;
 
 constexpr Vector3 kPlace{60.0, -40.0, 30.0};
@@ -249,19 +252,13 @@ TEST(Mounting, WeightActsAtTheCentreAndReadsInTheSensorsFrame) {
   rig.run(2.0);
   double square_force = 0.0, square_torque = 0.0;
   int ticks = 0;
-  const auto inverse = [](const hal::Quaternion& q) { return hal::Quaternion{q.w, -q.x, -q.y, -q.z}; };
-  const auto rotated = [](const hal::Quaternion& q, const Vector3& v) {
-    const Vector3 n{q.x, q.y, q.z};
-    const Vector3 t = test::cross(n, v) * 2.0;
-    return v + t * q.w + test::cross(n, t);
-  };
   const Vector3 weight{0.0, 0.0, -0.05 * 9.807};
   const hal::Quaternion mounting{half, 0.0, 0.0, half};
   rig.run(20.0, [&] {
-    const Vector3 in_tool = rotated(inverse(rig.sample().tip_orientation), weight);
-    const Vector3 force = rotated(inverse(mounting), in_tool - weight);
+    const Vector3 in_tool = turned(inverse(rig.sample().tip_orientation), weight);
+    const Vector3 force = turned(inverse(mounting), in_tool - weight);
     const Vector3 torque =
-        rotated(inverse(mounting), test::cross(centre, in_tool) - test::cross(centre, weight));
+        turned(inverse(mounting), test::cross(centre, in_tool) - test::cross(centre, weight));
     const Vector3 df = rig.sample().sensor_force_n - force, dt = rig.sample().sensor_torque_n_mm - torque;
     square_force += dot(df, df);
     square_torque += dot(dt, dt);

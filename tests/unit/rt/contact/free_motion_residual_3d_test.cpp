@@ -127,18 +127,5 @@ TEST(FreeMotionResidual3, AnImpactFromAnySideIsSeenWithinTwoTicks) {
   }
 }
 
-TEST(FreeMotionResidual3, AForceThatTurnsIsTheSameForce) {
-  // A dead zone on each component would let a force through along an axis and swallow it between two.
-  double along = 0.0, between = 0.0;
-  for (const bool diagonal : {false, true}) {
-    const hal::Vector3 axis = diagonal ? direction_or({1.0, 1.0, 1.0}, {}) : hal::Vector3{1.0, 0.0, 0.0};
-    FreeMotionResidual3 residual(kMassG, 1000.0);
-    for (int i = 0; i < 100; ++i) residual.update({}, {}, i * kPeriodNs, false);
-    (diagonal ? between : along) = norm(residual.update(axis * 0.08, {}, 100 * kPeriodNs, false));
-  }
-  EXPECT_GT(along, 0.02);
-  EXPECT_NEAR(along, between, 1e-12);
-}
-
 }  // namespace
 }  // namespace hapticd::rt

@@ -5,14 +5,12 @@
 
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <string>
 
 #include "rt/control/back_drive_compensation.h"
 #include "rt/control/default_gains.h"
 #include "rt/control/loop_delay.h"
-#include "rt/scene/compose.h"
-#include "rt/scene/renderer.h"
+#include "tests/unit/rt/scene/pipeline_bench.h"
 
 namespace hapticd::rt {
 namespace {
@@ -59,51 +57,34 @@ TEST(BackDriveCompensation, IsTheSameAlongALineAsInSpace) {
   EXPECT_FALSE(BackDriveCompensation(0.0).is_on());
 }
 
-/// `tap_1d` fed with made-up samples of an ideal spring at depth 0 along -z.
+/// `tap_1d` with compensation on a device with friction, pressed onto an ideal spring.
 class Tapped {
  public:
-  explicit Tapped(const CompensationParameters& compensation, double max_force_n = 8.5, bool bends = false) {
-    hal::RigInfo info;
-    info.name = "bench";
-    info.device = {"phantom_1_0", 8.5, 1.4, 0.03, kStructureNPerMm, 75.0, kFrictionN};
-    info.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
-    SceneSpec spec;
-    spec.name = "bench";
-    spec.structural_compensation = bends;
-    spec.target.stiffness_n_per_mm = kTargetNPerMm;
-    spec.compensation = compensation;
-    spec.guard.max_force_n = max_force_n;
-    spec.tool_mass_g = 0.0;  // samples are made without inertia
-    const SceneSpec scene = *resolve(spec, info);
-    pipeline_ = std::move(*compose(scene, info));
-    renderer_ = std::make_unique<Renderer>(scene.guard, info.rate_hz);
-    renderer_->exchange(pipeline_.get(), scene.guard);
-  }
+  explicit Tapped(const CompensationParameters& compensation, double max_force_n = 8.5, bool bends = false)
+      : bench_(scene(compensation, max_force_n, bends),
+               {"phantom_1_0", 8.5, 1.4, 0.03, kStructureNPerMm, 75.0, kFrictionN}) {}
 
   /// One tick, `ms` after the last.
   TickRecord at(double depth_mm, int ms = 1) {
-    hal::RigSample sample;
-    time_ms_ += ms;
-    sample.tick = static_cast<std::uint64_t>(time_ms_);
-    sample.time_ns = time_ms_ * 1'000'000;
-    sample.tip_position_mm.z = -depth_mm;
-    sample.sensor_force_n.z = kObjectNPerMm * std::max(0.0, depth_mm);
-    TickRecord record;
-    renderer_->tick(sample, record);
-    return record;
+    bench_.pass_ms(ms - 1);
+    return bench_.tick(bench_.at_depth(depth_mm, kObjectNPerMm));
   }
   /// Evenly from one depth to another.
   TickRecord press(double from_mm, double to_mm, int ticks) {
-    TickRecord record;
-    for (int i = 1; i <= ticks; ++i) record = at(from_mm + (to_mm - from_mm) * i / ticks);
-    return record;
+    return bench_.press(from_mm, to_mm, kObjectNPerMm, ticks);
   }
-  Renderer& renderer() { return *renderer_; }
 
  private:
-  std::unique_ptr<Pipeline> pipeline_;
-  std::unique_ptr<Renderer> renderer_;
-  std::int64_t time_ms_ = 0;
+  static SceneSpec scene(const CompensationParameters& compensation, double max_force_n, bool bends) {
+    SceneSpec spec = rigid(kTargetNPerMm);
+    spec.structural_compensation = bends;
+    spec.compensation = compensation;
+    spec.guard.max_force_n = max_force_n;
+    spec.tool_mass_g = 0.0;  // samples are made without inertia
+    return spec;
+  }
+
+  Bench bench_;
 };
 
 constexpr CompensationParameters kNone{.lead_ms = 0.0, .reaction_lead_share = 0.0, .back_drive = false};
@@ -154,20 +135,6 @@ TEST(TapCompensation, TheDevicesFrictionIsAddedBehindTheController) {
   EXPECT_NEAR(with.hand_force_n, without.hand_force_n, 1e-6) << "what it moves is the arm, not the hand";
 }
 
-TEST(TapCompensation, AtRestOnlyTheFrictionIsLeft) {
-  Tapped with({});
-  Tapped without(kNone);
-  for (Tapped* scene : {&with, &without}) {
-    scene->press(-2.0, -2.0, 200);
-    scene->press(-2.0, 4.0, 150);
-  }
-  const TickRecord held = with.press(4.0, 4.0, 500);
-  const TickRecord bare = without.press(4.0, 4.0, 500);
-  EXPECT_NEAR(held.desired_force_n, bare.desired_force_n, 1e-6);
-  EXPECT_NEAR(held.commanded_force_n - bare.commanded_force_n, BackDriveCompensation::kShare * kFrictionN,
-              1e-3);
-}
-
 TEST(TapCompensation, NothingIsAddedInFreeAir) {
   Tapped scene({});
   for (int i = 0; i < 2000; ++i) {
@@ -195,35 +162,6 @@ TEST(TapCompensation, AtTheGuardsLimitNothingWindsUp) {
   scene.press(8.0, 0.8, 180);
   const TickRecord released = scene.press(0.8, 0.8, 200);
   EXPECT_LT(std::abs(released.device_command_n.z), 0.45);
-}
-
-TEST(TapCompensation, ABadNumberGivesNoForceAndIsForgotten) {
-  Tapped scene({});
-  scene.press(-2.0, -2.0, 200);
-  scene.press(-2.0, 4.0, 150);
-  const TickRecord bad = scene.at(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(bad.device_command_n.z, 0.0);
-  EXPECT_EQ(bad.guard_state, GuardState::kLatched);
-  scene.press(-2.0, -2.0, 50);
-  EXPECT_TRUE(scene.renderer().clear());
-  scene.press(-2.0, -2.0, 1000);
-  const TickRecord again = scene.press(-2.0, 4.0, 150);
-  EXPECT_TRUE(std::isfinite(again.commanded_force_n));
-  EXPECT_GT(again.commanded_force_n, 0.0);
-}
-
-TEST(CompensationScene, BadValuesAreRefusedByName) {
-  hal::RigInfo info;
-  info.device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0, kFrictionN};
-  info.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
-  for (const double share : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
-    SceneSpec spec;
-    spec.name = "bench";
-    spec.compensation.reaction_lead_share = share;
-    const auto resolved = resolve(spec, info);
-    ASSERT_FALSE(resolved);
-    EXPECT_NE(resolved.error().text().find("control.reaction_lead_share"), std::string::npos);
-  }
 }
 
 TEST(CompensationScene, WhatIsOffIsNoStage) {

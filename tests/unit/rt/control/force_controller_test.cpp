@@ -35,18 +35,6 @@ TEST(ForceController, WithoutDerivativeIsAFirstOrderLag) {
   }
 }
 
-TEST(ForceController, TracksARampWithTheLagOfItsGain) {
-  ForceController controller({ControlLaw::kClosedLoop, 0.45, 0.0}, 1000.0);
-  double command = 0.0;
-  double desired = 0.0;
-  for (int i = 0; i < 200; ++i) {
-    desired = 0.01 * i;
-    command = controller.update(desired);
-    controller.applied(command);
-  }
-  EXPECT_NEAR(desired - command, 0.01 * (1.0 / 0.45 - 1.0), 1e-9) << "T (1/Kp - 1)";
-}
-
 TEST(ForceController, StableRegionIsThatOfTheCharacteristicPolynomial) {
   for (double kp = -0.5; kp < 2.5; kp += 0.0503) {
     for (double kd = -1.5; kd < 1.5; kd += 0.0507) {

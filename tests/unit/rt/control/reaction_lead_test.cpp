@@ -71,13 +71,6 @@ TEST(ReactionLead, AJumpIsAnsweredByAFractionOfIt) {
   EXPECT_GT(largest, 0.0);
 }
 
-TEST(ReactionLead, ASaturatedForceStandsAndIsNotPredicted) {
-  ReactionLead lead(kLeadS, kLeadHz);
-  double ahead_n = 0.0;
-  for (int i = 0; i < 1000; ++i) ahead_n = lead.update(std::min(35.0, 0.1 * i), after_ms(1.0));
-  EXPECT_NEAR(ahead_n, 0.0, 1e-6);
-}
-
 TEST(ReactionLead, KnowsNoSlopeAcrossAGap) {
   ReactionLead lead(kLeadS, kLeadHz);
   lead.update(0.0, after_ms(1.0));

@@ -12,54 +12,14 @@ using namespace test;
 
 constexpr double kPreslidingMm = 0.4;
 
-TEST(Dahl, IsTheExactSolutionOfItsEquation) {
-  // (4.12) with α = 1: dF/dx = σ (1 - F/f_c sgn ẋ), by Runge and Kutta in steps of a thousandth.
-  const double fc = 0.7;
-  const double sigma = fc / kPreslidingMm;
-  for (const double path_mm : {0.01, 0.3, 2.0, -0.3, -2.0}) {
-    for (const double start : {-1.0, -0.3, 0.0, 0.9}) {
-      const double s = std::copysign(1.0, path_mm);
-      double f = start * fc;
-      const double h = path_mm / 1000.0;
-      const auto slope = [&](double force) { return sigma * (1.0 - force / fc * s); };
-      for (int i = 0; i < 1000; ++i) {
-        const double k1 = slope(f), k2 = slope(f + 0.5 * h * k1), k3 = slope(f + 0.5 * h * k2),
-                     k4 = slope(f + h * k3);
-        f += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-      }
-      EXPECT_NEAR(dahl_step(start, path_mm, kPreslidingMm) * fc, f, 1e-10) << path_mm << " mm from " << start;
-    }
-  }
-}
-
-TEST(Dahl, TwoHalfStepsAreOneStep) {
+TEST(Dahl, InThePlaneTwoHalfStepsAreOneStep) {
   std::mt19937_64 random(6);
-  std::uniform_real_distribution<double> share(-1.0, 1.0), way(-3.0, 3.0);
+  std::uniform_real_distribution<double> share(-1.0, 1.0);
   for (int i = 0; i < 2000; ++i) {
-    const double z = share(random);
-    const double dx = way(random);
-    const double halves = dahl_step(dahl_step(z, 0.5 * dx, kPreslidingMm), 0.5 * dx, kPreslidingMm);
-    ASSERT_NEAR(halves, dahl_step(z, dx, kPreslidingMm), 1e-14);
-    const hal::Vector3 v = random_direction(random) * z;
+    const hal::Vector3 v = random_direction(random) * share(random);
     const hal::Vector3 step = random_vector(random, 1.0);
     const hal::Vector3 twice = dahl_step(dahl_step(v, step * 0.5, kPreslidingMm), step * 0.5, kPreslidingMm);
     ASSERT_LT(norm(twice - dahl_step(v, step, kPreslidingMm)), 1e-14);
-  }
-}
-
-TEST(Dahl, ScalesWithTheLoad) {
-  // The exact update in F at constant f_c, σ = f_c/δ: the share z is the same at every load.
-  for (const double fc : {1e-6, 0.01, 1.0, 50.0}) {
-    const double sigma = fc / kPreslidingMm;
-    double f = 0.0, z = 0.0;
-    for (int i = 0; i < 200; ++i) {
-      const double dx = 0.05 * std::sin(0.1 * i);
-      if (dx == 0.0) continue;
-      const double s = std::copysign(1.0, dx);
-      f = fc * s + (f - fc * s) * std::exp(-sigma * std::abs(dx) / fc);
-      z = dahl_step(z, dx, kPreslidingMm);
-      ASSERT_NEAR(f / fc, z, 1e-12) << fc;
-    }
   }
 }
 
@@ -84,8 +44,9 @@ TEST(Dahl, WithAnExponentItIsTheExactSolution) {
   for (const double exponent : {0.0, 0.05, 0.5, 0.999999, 1.0, 1.000001, 1.5, 2.0, 3.0}) {
     for (const double path_mm : {0.01, 0.3, 2.0, -0.3, -2.0}) {
       for (const double start : {-1.0, -0.3, 0.0, 0.9}) {
+        // Smooth at 1; elsewhere full friction is a kink.
         EXPECT_NEAR(dahl_step(start, path_mm, kPreslidingMm, exponent), integrated(start, path_mm, exponent),
-                    3e-4)
+                    exponent == 1.0 ? 1e-10 : 3e-4)
             << "i " << exponent << ", " << path_mm << " mm from " << start;
       }
     }
@@ -153,7 +114,7 @@ TEST(Dahl, WithAnyExponentStepsAddUpAndStayBounded) {
 TEST(Dahl, InThePlaneTheExponentMeansTheSame) {
   std::mt19937_64 random(17);
   std::normal_distribution<double> way(0.0, 0.2);
-  for (const double exponent : {0.0, 0.4, 2.0}) {
+  for (const double exponent : {0.0, 0.4, 1.0, 2.0}) {
     const hal::Vector3 line = random_direction(random);
     double z = 0.0;
     hal::Vector3 v;
@@ -161,7 +122,7 @@ TEST(Dahl, InThePlaneTheExponentMeansTheSame) {
       const double dx = way(random);
       z = dahl_step(z, dx, kPreslidingMm, exponent);
       v = dahl_step(v, line * dx, kPreslidingMm, exponent);
-      ASSERT_LT(norm(v - line * z), 1e-6) << "i " << exponent;
+      ASSERT_LT(norm(v - line * z), exponent == 1.0 ? 1e-12 : 1e-6) << "i " << exponent;
     }
   }
 }
@@ -180,46 +141,6 @@ TEST(Dahl, WithoutPreslidingItIsCoulombFriction) {
   expect_near(dahl_step(hal::Vector3{-0.4, 0.1, 0.0}, {0.0, 2.0, 0.0}, 0.0), {0.0, 1.0, 0.0}, 1e-15);
 }
 
-TEST(Dahl, AMillionTicksAtRestChangeNothing) {
-  double z = 0.37;
-  hal::Vector3 v{0.1, -0.2, 0.3};
-  for (int i = 0; i < 1'000'000; ++i) {
-    z = dahl_step(z, 0.0, kPreslidingMm);
-    v = dahl_step(v, hal::Vector3{}, kPreslidingMm);
-  }
-  EXPECT_EQ(z, 0.37);
-  EXPECT_EQ(norm(v - hal::Vector3{0.1, -0.2, 0.3}), 0.0);
-}
-
-TEST(Dahl, NeverExceedsTheFullFriction) {
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> exponent(-12.0, 3.0);
-  double z = 0.0;
-  hal::Vector3 v;
-  for (int i = 0; i < 200'000; ++i) {
-    const double way = std::pow(10.0, exponent(random)) * (i % 2 == 0 ? 1.0 : -1.0);
-    const double presliding = i % 7 == 0 ? 0.0 : std::pow(10.0, exponent(random));
-    z = dahl_step(z, way, presliding);
-    v = dahl_step(v, random_direction(random) * way, presliding);
-    ASSERT_LE(std::abs(z), 1.0);
-    ASSERT_LE(norm(v), 1.0 + 1e-12);
-  }
-}
-
-TEST(Dahl, InThePlaneAlongALineItIsTheScalar) {
-  std::mt19937_64 random(8);
-  std::normal_distribution<double> way(0.0, 0.2);
-  const hal::Vector3 line = random_direction(random);
-  double z = 0.0;
-  hal::Vector3 v;
-  for (int i = 0; i < 5000; ++i) {
-    const double dx = way(random);
-    z = dahl_step(z, dx, kPreslidingMm);
-    v = dahl_step(v, line * dx, kPreslidingMm);
-    ASSERT_LT(norm(v - line * z), 1e-12);
-  }
-}
-
 TEST(Dahl, NoPathGainsWork) {
   // dz/dl = (s - z)/δ gives z·s = d(δ|z|²/2)/dl + |z|²: friction stores no more than δ/2 |z|² and returns no
   // more than it stored.
@@ -236,24 +157,6 @@ TEST(Dahl, NoPathGainsWork) {
       }
       ASSERT_GE(work, 0.5 * kPreslidingMm * dot(z, z) - 1e-6) << "leg " << leg;
     }
-  }
-}
-
-TEST(Dahl, AClosedLoopCostsWork) {
-  for (const double radius_mm : {0.01, 0.3, 5.0}) {
-    hal::Vector3 z{-1.0, 0.0, 0.0};
-    const hal::Vector3 begin = z;
-    double work = 0.0;
-    constexpr int kSteps = 20'000;
-    for (int i = 0; i < kSteps; ++i) {
-      const double at = 2.0 * std::numbers::pi * i / kSteps;
-      const hal::Vector3 step =
-          hal::Vector3{-std::sin(at), std::cos(at), 0.0} * (2.0 * std::numbers::pi * radius_mm / kSteps);
-      const hal::Vector3 before = z;
-      z = dahl_step(z, step, kPreslidingMm);
-      work += 0.5 * dot(before + z, step);
-    }
-    EXPECT_GT(work + 0.5 * kPreslidingMm * (dot(begin, begin) - dot(z, z)), 0.0) << radius_mm << " mm";
   }
 }
 

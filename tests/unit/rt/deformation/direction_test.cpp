@@ -256,20 +256,6 @@ TEST(Direction, WithVanishingForceItKeepsTheLastNormal) {
   EXPECT_LT(angle_rad(p.normal(), normal), 0.1 * kDegree);
 }
 
-TEST(Direction, AForceThatFlipsIsFollowedOrIgnoredButNeverLeavesTheSphere) {
-  TrackedDirection t = tracked();
-  PublishedDirection p = published();
-  t.begin({0.0, 0.0, 1.0});
-  p.begin({0.0, 0.0, 1.0});
-  for (int i = 0; i < 5000; ++i) {
-    const hal::Vector3 force{1e-9 * (i % 3), 0.0, -1.0};
-    t.update(force, {0.0, 0.05, 0.0}, {0.0, 50.0, 0.0});
-    p.update(force, {0.0, 0.05, 0.0}, {0.0, 50.0, 0.0});
-    ASSERT_NEAR(norm(t.normal()), 1.0, 1e-9);
-    ASSERT_NEAR(norm(p.normal()), 1.0, 1e-9);
-  }
-}
-
 /// Step of a filter that slid one way and then `path_mm` the other.
 struct FilterStep {
   double before = 0.0, after = 0.0;  ///< friction coefficient around the second slide

@@ -234,54 +234,24 @@ TEST(Guard, WritesZeroInsteadOfATrace) {
   EXPECT_EQ(bench.tick({0.0, 0.0, -2e-6}).z, -2e-6);
 }
 
-struct FaultCase {
-  const char* name;
-  hal::RigSample sample;
-  GuardFault fault;
-};
-
-std::vector<FaultCase> faults() {
-  std::vector<FaultCase> all;
-  const auto add = [&all](const char* name, GuardFault fault, auto change) {
-    hal::RigSample sample;
-    change(sample);
-    all.push_back({name, sample, fault});
-  };
-  add("NaN position", GuardFault::kNonFinite, [](auto& s) { s.tip_position_mm.y = kNan; });
-  add("infinite position", GuardFault::kNonFinite, [](auto& s) { s.tip_position_mm.x = HUGE_VAL; });
-  add("NaN orientation", GuardFault::kNonFinite, [](auto& s) { s.tip_orientation.z = kNan; });
-  add("NaN force", GuardFault::kNonFinite, [](auto& s) { s.sensor_force_n.z = kNan; });
-  add("NaN torque", GuardFault::kNonFinite, [](auto& s) { s.sensor_torque_n_mm.x = kNan; });
-  add("stale", GuardFault::kSensorStale, [](auto& s) { s.force_age_ns = 2'000'001; });
-  add("saturated", GuardFault::kSensorSaturated,
-      [](auto& s) { s.status = hal::sample_status::kForceSaturated; });
-  add("sensor fault", GuardFault::kSensorFault, [](auto& s) { s.status = hal::sample_status::kForceFault; });
-  add("device fault", GuardFault::kDeviceFault, [](auto& s) { s.status = hal::sample_status::kDeviceFault; });
-  return all;
-}
-
-TEST(Guard, EveryFaultGivesZeroInTheSameTickAndStaysLatched) {
-  for (const FaultCase& c : faults()) {
+TEST(Guard, NoNumberAnywhereInASampleGivesZeroInTheSameTickAndStaysLatched) {
+  for (void (*spoil)(hal::RigSample&) : {+[](hal::RigSample& s) { s.tip_position_mm.y = kNan; },
+                                         +[](hal::RigSample& s) { s.tip_position_mm.x = HUGE_VAL; },
+                                         +[](hal::RigSample& s) { s.tip_orientation.z = kNan; },
+                                         +[](hal::RigSample& s) { s.sensor_force_n.z = kNan; },
+                                         +[](hal::RigSample& s) { s.sensor_torque_n_mm.x = kNan; }}) {
     Guard guard(limits(), 1000.0);
     TickRecord record;
     for (int i = 0; i < 10; ++i) pass(guard, {0.0, 0.0, 5.0}, {}, record);
-    EXPECT_EQ(norm(pass(guard, {0.0, 0.0, 5.0}, c.sample, record)), 0.0) << c.name;
-    EXPECT_EQ(record.guard_fault, c.fault) << c.name;
-    for (int i = 0; i < 10; ++i) EXPECT_EQ(norm(pass(guard, {0.0, 0.0, 5.0}, {}, record)), 0.0) << c.name;
-    EXPECT_EQ(record.guard_state, GuardState::kLatched) << c.name;
-    EXPECT_EQ(record.guard_fault, c.fault) << c.name << ": the first cause is kept";
-  }
-}
-
-TEST(Guard, ClearIsRefusedWhileTheFaultPersists) {
-  for (const FaultCase& c : faults()) {
-    Guard guard(limits(), 1000.0);
-    TickRecord record;
-    pass(guard, {}, c.sample, record);
-    EXPECT_FALSE(guard.clear()) << c.name;
-    pass(guard, {}, {}, record);
-    EXPECT_TRUE(guard.clear()) << c.name;
-    EXPECT_EQ(guard.state(), GuardState::kResuming) << c.name;
+    hal::RigSample bad;
+    spoil(bad);
+    EXPECT_EQ(norm(pass(guard, {0.0, 0.0, 5.0}, bad, record)), 0.0);
+    EXPECT_FALSE(guard.clear());
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(norm(pass(guard, {0.0, 0.0, 5.0}, {}, record)), 0.0);
+    EXPECT_EQ(record.guard_state, GuardState::kLatched);
+    EXPECT_EQ(record.guard_fault, GuardFault::kNonFinite) << "the first cause is kept";
+    EXPECT_TRUE(guard.clear());
+    EXPECT_EQ(guard.state(), GuardState::kResuming);
   }
 }
 
@@ -318,31 +288,6 @@ TEST(Guard, NonFiniteCommandLatches) {
     EXPECT_EQ(norm(pass(guard, {0.0, bad, 1.0}, {}, record)), 0.0);
     EXPECT_EQ(record.guard_fault, GuardFault::kNonFinite);
   }
-}
-
-TEST(Guard, ResumesOverARamp) {
-  Guard guard(limits(), 1000.0);
-  TickRecord record;
-  guard.raise(GuardFault::kStopped);
-  EXPECT_EQ(norm(pass(guard, {0.0, 0.0, 5.0}, {}, record)), 0.0);
-  EXPECT_EQ(record.guard_fault, GuardFault::kStopped);
-  ASSERT_TRUE(guard.clear());
-  for (int i = 1; i <= 100; ++i) {
-    EXPECT_NEAR(pass(guard, {0.0, 0.0, 5.0}, {}, record).z, 5.0 * i / 100.0, 1e-9);
-  }
-  EXPECT_EQ(record.guard_state, GuardState::kRendering);
-}
-
-TEST(Guard, ASceneWithoutSensorIgnoresTheSensor) {
-  GuardLimits l = limits();
-  l.sensor_stale_after_ms = 0.0;
-  Guard guard(l, 1000.0);
-  TickRecord record;
-  hal::RigSample sample;
-  sample.status = hal::sample_status::kForceMissing | hal::sample_status::kForceFault;
-  sample.force_age_ns = 1'000'000'000;
-  sample.sensor_force_n.x = kNan;
-  EXPECT_GT(pass(guard, {0.0, 0.0, 1.0}, sample, record).z, 0.9);
 }
 
 TEST(Guard, WhateverComesTheForceIsFiniteAndWithinLimits) {

@@ -23,10 +23,6 @@ class EnginePermit : public testing::Test {
   Engine engine{rig};
 };
 
-TEST_F(EnginePermit, IsWithoutEndAtFirst) {
-  for (int i = 0; i < 10; ++i) EXPECT_EQ(tick().guard_state, GuardState::kRendering);
-}
-
 TEST_F(EnginePermit, EndsAtTheFirstTickAfterItsTime) {
   engine.set_permit_until(5'000'000);
   for (int i = 0; i <= 5; ++i) ASSERT_EQ(tick().guard_state, GuardState::kRendering) << i;

@@ -187,29 +187,18 @@ TickRecord press_after(const hal::Quaternion& bad, int ticks) {
   return bench.press_and_hold();
 }
 
+// With numbers whose square overflows the reaction would be infinite and stay in the filters of the contact
+// stage, which then sees no contact any more, without a word.
 TEST(ExploreRecovery, FromAnOrientationThatIsNoRotation) {
   for (const hal::Quaternion& bad :
        {hal::Quaternion{0.0, 0.0, 0.0, 0.0}, hal::Quaternion{2.0, 0.0, 0.0, 0.0},
         hal::Quaternion{1.0, 1.0, 1.0, 1.0}, hal::Quaternion{0.0, 30.0, 0.0, 0.0},
-        hal::Quaternion{std::nan(""), 0.0, 0.0, 0.0}}) {
+        hal::Quaternion{std::nan(""), 0.0, 0.0, 0.0}, hal::Quaternion{0.0, 1e200, 0.0, 0.0},
+        hal::Quaternion{1e200, 1.0, 0.0, 0.0}, hal::Quaternion{0.0, -1e200, 1e200, 1e200}}) {
     for (const int ticks : {1, 10}) {
       const TickRecord record = press_after(bad, ticks);
       EXPECT_TRUE(record.in_contact);
       EXPECT_GT(record.device_command_n.z, 0.5) << bad.w << ", " << bad.x << ", " << ticks << " ticks";
-    }
-  }
-}
-
-// Numbers whose square overflows: the reaction would be infinite and stay in the filters of the contact
-// stage, which then sees no contact any more, without a word.
-TEST(ExploreRecovery, FromAbsurdOrientations) {
-  for (const hal::Quaternion& bad :
-       {hal::Quaternion{0.0, 1e200, 0.0, 0.0}, hal::Quaternion{1e200, 1.0, 0.0, 0.0},
-        hal::Quaternion{0.0, -1e200, 1e200, 1e200}}) {
-    for (const int ticks : {1, 2, 10}) {
-      const TickRecord record = press_after(bad, ticks);
-      EXPECT_TRUE(record.in_contact) << ticks << " ticks";
-      EXPECT_GT(record.device_command_n.z, 0.5) << ticks << " ticks";
     }
   }
 }

@@ -222,23 +222,5 @@ TEST(ExploreScene, OnlySpatialScenesTakeLawsAndModels) {
   EXPECT_EQ(hapticd::test::error_of(resolve(tap, bench_rig())).what, "target.law is out of range");
 }
 
-TEST(ExploreScene, OutlineAndPipelineAgreeOnTheChannels) {
-  const ObjectModel model = bench_model();
-  for (const Tip tip : {Tip::kRod, Tip::kBallBearing}) {
-    for (const auto displacement : {DisplacementEstimator::kFused, DisplacementEstimator::kInverse,
-                                    DisplacementEstimator::kRecursive}) {
-      for (const bool passivity : {false, true}) {
-        SceneSpec spec = explore_scene(tip);
-        spec.explore.displacement = displacement;
-        spec.explore.passivity = passivity;
-        const auto scene = hapticd::test::value_of(resolve(spec, bench_rig()));
-        const auto pipeline = hapticd::test::value_of(compose(scene, bench_rig(), &model));
-        const std::uint32_t of_every_scene = channel::kSample | channel::kGuard | channel::kTiming;
-        EXPECT_EQ(outline(scene).channels, pipeline->channels() | of_every_scene);
-      }
-    }
-  }
-}
-
 }  // namespace
 }  // namespace hapticd::rt

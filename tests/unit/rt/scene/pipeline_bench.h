@@ -38,6 +38,9 @@ class Bench {
     renderer_->tick(sample, record);
     return record;
   }
+  /// Lets so many milliseconds pass without a tick.
+  void pass_ms(int ms) { ticks_ += static_cast<std::uint64_t>(ms); }
+
   TickRecord press(double from_mm, double to_mm, double stiffness, int ticks) {
     TickRecord record;
     for (int i = 1; i <= ticks; ++i)

@@ -110,14 +110,6 @@ TEST_F(SceneExchange, LetsTheForceOfTheFixtureFade) {
   }
 }
 
-TEST_F(SceneExchange, WithoutASceneForceGoesAtOnce) {
-  Constant before(3.0);
-  renderer_.exchange(&before, wide());
-  ticks(3);
-  renderer_.exchange(nullptr, wide());
-  EXPECT_EQ(tick(), 0.0);
-}
-
 TEST_F(SceneExchange, AStopDuringTheHandOverIsWholeAndFinal) {
   Constant before(3.0);
   Constant after(0.0);

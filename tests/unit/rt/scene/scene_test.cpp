@@ -74,6 +74,7 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
   const auto force = [](SceneSpec& s, double v) { s.guard.max_force_n = v; };
   const auto rate = [](SceneSpec& s, double v) { s.guard.max_force_rate_n_per_s = v; };
   const auto mass = [](SceneSpec& s, double v) { s.tool_mass_g = v; };
+  const auto lead = [](SceneSpec& s, double v) { s.compensation.reaction_lead_share = v; };
   for (const Case& c : {Case{"stiffness_n_per_mm", target, nan},
                         Case{"stiffness_n_per_mm", target, -0.1},
                         Case{"target's stiffness", target, 21.0},
@@ -95,7 +96,10 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
                         Case{"guard.max_force_n", force, 9.0},
                         Case{"guard.max_force_rate_n_per_s", rate, 1701.0},
                         Case{"guard.max_force_rate_n_per_s", rate, nan},
-                        Case{"tool.mass_g", mass, nan}}) {
+                        Case{"tool.mass_g", mass, nan},
+                        Case{"control.reaction_lead_share", lead, -0.1},
+                        Case{"control.reaction_lead_share", lead, 1.1},
+                        Case{"control.reaction_lead_share", lead, nan}}) {
     SceneSpec spec = named();
     spec.max_target_stiffness_n_per_mm = 20.0;
     c.spoil(spec, c.value);

@@ -45,59 +45,29 @@ TEST(StructuralDeflection, ARigidDeviceDoesNotBend) {
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(norm(rigid.update({8.0, -8.0, 8.0})), 0.0);
 }
 
-/// A disturbed loop F(k) = F(k-1) + Kp (F~ - F(k-1)), F~ = k~ x̂ - f_r: what is left of the disturbance in
-/// the end, relative to it.
-template <class Displacement>
-double left_after(int ticks, double target_n_per_mm, const Displacement& displacement_mm) {
+/// A disturbed loop F(k) = F(k-1) + Kp (F~ - F(k-1)), F~ = k~ x̂ - f_r, whose tip is held by the object: what
+/// is left of the disturbance in the end, relative to it. The motors take `share` of what is missing each
+/// tick; the encoders see the tip less what the motors really bend, and the estimate adds what it thinks they
+/// do.
+double left_with_motors(double target_n_per_mm, double share) {
+  StructuralDeflection deflection(kStructureNPerMm, 10.0, 1000.0);
+  double motors_n = 0.0;
   double force = 1.0;
   double largest = 0.0;
-  for (int k = 0; k < ticks; ++k) {
-    force += kGain * (target_n_per_mm * displacement_mm(force) - force);
+  for (int k = 0; k < 4000; ++k) {
+    motors_n += share * (force - motors_n);
+    const double displacement_mm = deflection.update({0.0, 0.0, force}).z - motors_n / kStructureNPerMm;
+    force += kGain * (target_n_per_mm * displacement_mm - force);
     if (!(std::abs(force) < 1e12)) return HUGE_VAL;
-    if (k > ticks / 2) largest = std::max(largest, std::abs(force));
+    if (k > 2000) largest = std::max(largest, std::abs(force));
   }
   return largest;
-}
-
-TEST(StructuralDeflection, WithTheWrongSignTheLoopDivergesBeyondAKnownTarget) {
-  // x̂ = x_s - F/k_s, what (4.25) says for a device that pushes outwards with F: pole 1 - Kp (1 + k~/k_s).
-  const double limit = kStructureNPerMm * (2.0 / kGain - 1.0);
-  EXPECT_NEAR(limit, 2.30, 0.01);
-  for (const bool beyond : {false, true}) {
-    StructuralDeflection deflection(kStructureNPerMm, 0.0, 1000.0);
-    const double left = left_after(4000, (beyond ? 1.02 : 0.98) * limit, [&](double force) {
-      return -deflection.update({0.0, 0.0, force}).z;
-    });
-    if (beyond) {
-      EXPECT_GT(left, 1e3);
-    } else {
-      EXPECT_LT(left, 1e-3);
-    }
-  }
-}
-
-/// The tip is held by the object. The motors take `share` of what is missing each tick; the encoders see the
-/// tip less what the motors really bend, and the estimate adds what it thinks they do.
-double left_with_motors(double target_n_per_mm, double share, double cutoff_hz) {
-  StructuralDeflection deflection(kStructureNPerMm, cutoff_hz, 1000.0);
-  double motors_n = 0.0;
-  return left_after(4000, target_n_per_mm, [&](double force) {
-    motors_n += share * (force - motors_n);
-    return deflection.update({0.0, 0.0, force}).z - motors_n / kStructureNPerMm;
-  });
-}
-
-TEST(StructuralDeflection, PutInAtOnceItRunsAheadOfTheMotorsAndDiverges) {
-  for (const double share : {0.25, 0.4}) {
-    // With F_m lagging by a share a the loop is stable below k~ = k_s (1 + a/Kp) about.
-    EXPECT_GT(left_with_motors(2.0 * kStructureNPerMm, share, 0.0), 1e3) << share;
-  }
 }
 
 TEST(StructuralDeflection, ThroughTheLagTheLoopIsStableWithMotorsOfAFewTicks) {
   for (const double share : {0.2, 0.25, 0.4, 0.6}) {
     for (const double relative : {0.2, 1.0, 2.0}) {
-      EXPECT_LT(left_with_motors(relative * kStructureNPerMm, share, 10.0), 1e-3)
+      EXPECT_LT(left_with_motors(relative * kStructureNPerMm, share), 1e-3)
           << share << ", k~/k_s " << relative;
     }
   }

@@ -31,23 +31,6 @@ double quantised(double position, double step) {
   return std::round(position / step) * step;
 }
 
-TEST(AdaptiveWindowVelocity, ConstantVelocityIsExact) {
-  for (const auto fit : {AdaptiveWindowVelocity::Fit::kEnd, AdaptiveWindowVelocity::Fit::kBest}) {
-    AdaptiveWindowVelocity velocity(0.03, kSamplingHz, fit);
-    for (int i = 0; i < 50; ++i) velocity.update(7.0 + 0.2 * i);
-    EXPECT_NEAR(velocity.velocity_mm_per_s(), 200.0, 1e-9);
-    EXPECT_EQ(velocity.window(), AdaptiveWindowVelocity::kMaxWindow);
-  }
-}
-
-TEST(AdaptiveWindowVelocity, StartsAtTheFirstPositionNotAtZero) {
-  AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
-  EXPECT_EQ(velocity.update(100.0), 0.0);
-  EXPECT_EQ(velocity.update(100.0), 0.0);
-  EXPECT_NEAR(velocity.update(100.1), 100.0, 1e-9)
-      << "a jump of 0.1 mm fits no longer line than the last step";
-}
-
 TEST(AdaptiveWindowVelocity, IntervalIntersectionFollowsTheDefinition) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.02);
@@ -104,36 +87,6 @@ TEST(AdaptiveWindowVelocity, IsThatOfEachAxisHoweverTheTicksFall) {
     EXPECT_GT(even, 1000) << "windows of all points, and others";
     EXPECT_LT(even, 19000);
   }
-}
-
-TEST(AdaptiveWindowVelocity, QuantisedRestIsRest) {
-  AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
-  for (int i = 0; i < 60000; ++i) velocity.update(quantised(12.3456, 0.03));
-  EXPECT_EQ(velocity.velocity_mm_per_s(), 0.0);
-}
-
-TEST(AdaptiveWindowVelocity, QuantisationErrorStaysWithinTwoBoundsOverTheWindow) {
-  for (const double speed : {5.0, 37.0, 150.0, 640.0}) {
-    AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
-    for (int i = 0; i < 400; ++i) {
-      velocity.update(quantised(speed * i / kSamplingHz, 0.03));
-      if (i < 20) continue;
-      const double bound = 2.0 * 0.03 * kSamplingHz / velocity.window();
-      EXPECT_LE(std::abs(velocity.velocity_mm_per_s() - speed), bound) << speed << " mm/s, tick " << i;
-    }
-  }
-}
-
-TEST(AdaptiveWindowVelocity, WindowShrinksWithAcceleration) {
-  // A parabola leaves its chord by a (nT)²/8: the window is the largest whose chord stays within the bound.
-  const double a = 10000.0;
-  AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
-  for (int i = 0; i < 200; ++i) velocity.update(0.5 * a * i * i / (kSamplingHz * kSamplingHz));
-  const int expected = static_cast<int>(std::floor(std::sqrt(8.0 * 0.03 / a) * kSamplingHz));
-  EXPECT_NEAR(velocity.window(), expected, 1);
-  const double lag_s = 0.5 * velocity.window() / kSamplingHz;
-  EXPECT_NEAR(velocity.velocity_mm_per_s(), a * (0.199 - lag_s), 1e-6)
-      << "the chord's slope lags by half the window";
 }
 
 TEST(AdaptiveWindowVelocity, IsAsQuietAtAnyRate) {

@@ -16,20 +16,6 @@ namespace {
 
 using test::VirtualRig;
 
-TEST(Plant, HasANameOrNone) {
-  EXPECT_EQ(plant_names(), (std::vector<std::string>{"separable", "general"}));
-  for (const std::string& name : plant_names()) EXPECT_EQ(name_of(plant_named(name).value()), name);
-  EXPECT_FALSE(plant_named("linear"));
-}
-
-TEST(Plant, AnUnknownOneIsRefusedByName) {
-  const auto rig = SimulatedRig::create({.plant = "linear"});
-  ASSERT_FALSE(rig);
-  EXPECT_EQ(rig.error().where, "[rig.sim] plant");
-  EXPECT_EQ(rig.error().value, "linear");
-  EXPECT_EQ(rig.error().limit, "separable, general");
-}
-
 TEST(Plant, TheRigReportsWhichOneItIs) {
   const auto reports = [](const std::string& plant, const std::string& parameter) {
     VirtualRig rig({.plant = plant});

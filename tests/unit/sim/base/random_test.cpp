@@ -49,16 +49,5 @@ TEST(Random, NormalHasTheMomentsOfANormal) {
   EXPECT_NEAR(1.0 * beyond_two / kDraws, std::erfc(std::sqrt(2.0)), error * 0.21);
 }
 
-TEST(Random, SeedsGiveStreamsOfTheirOwn) {
-  Random a(7), b(7), c(8);
-  bool all_equal = true;
-  for (int i = 0; i < 100; ++i) {
-    const double x = a.normal();
-    EXPECT_EQ(x, b.normal());
-    all_equal = all_equal && x == c.normal();
-  }
-  EXPECT_FALSE(all_equal);
-}
-
 }  // namespace
 }  // namespace hapticd::sim

@@ -156,18 +156,6 @@ TEST_P(Device, EncodersMissTheBendingOfTheStructure) {
   }
 }
 
-TEST_P(Device, PushingUpLiftsAHeldTip) {
-  Bench bench(model, HandProgram{});
-  bench.step(20'000);
-  const double held_mm = bench.tip_mm();
-  bench.simulation.command({0.0, 0.0, 3.0});
-  bench.step(20'000);
-  const double rise_mm = bench.tip_mm() - held_mm;
-  const double spring_n_per_mm = impedance_of(HandProgram{}).stiffness_n_per_mm;
-  EXPECT_NEAR(rise_mm * spring_n_per_mm, 3.0, model.coulomb_friction_n + 0.05) << "the hand's spring yields";
-  EXPECT_LT(bench.simulation.truth().hand_force_n.z, -2.5) << "and the hand pushes back down";
-}
-
 TEST_P(Device, StaysPutBelowItsFrictionAndMovesAboveIt) {
   model.coulomb_friction_n = 0.5;
   model.encoder_resolution_mm = 1e-9;

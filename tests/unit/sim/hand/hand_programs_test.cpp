@@ -253,16 +253,6 @@ TEST_P(Stroke, MovesAlongAndKeepsItsForce) {
   EXPECT_LT(max_n, 2.4);
 }
 
-TEST(Shake, AcceleratesTheFreeDeviceWithItsForce) {
-  VirtualRig rig({.object = "none"}, {.kind = HandProgram::Kind::kShake, .force_n = 1.0, .rate_hz = 5.0});
-  double max_n = 0.0;
-  rig.run(3.0, [&] {
-    max_n = std::max(max_n, std::abs(rig.truth().device_force_n.z));
-    ASSERT_FALSE(rig.truth().in_contact);
-  });
-  EXPECT_NEAR(max_n, 1.0, 1e-3);
-}
-
 TEST(Shake, ActsAlongItsDirection) {
   VirtualRig rig({.object = "none"}, {.kind = HandProgram::Kind::kShake,
                                       .force_n = 1.0,

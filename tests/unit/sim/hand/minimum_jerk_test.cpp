@@ -44,21 +44,6 @@ TEST(MinimumJerk, VelocityAndAccelerationAreDerivatives) {
   }
 }
 
-// Flash and Hogan: x = D (10 s³ - 15 s⁴ + 6 s⁵), fastest half-way with 15/8 of the mean speed.
-TEST(MinimumJerk, FromRestToRestIsTheKnownPolynomial) {
-  constexpr double kD = 12.0, kT = 0.8;
-  const MinimumJerk motion({0.0, 0.0, 0.0}, {kD, 0.0, 0.0}, kT);
-  double fastest = 0.0;
-  for (int i = 0; i <= 1000; ++i) {
-    const double s = i / 1000.0;
-    const MotionState state = motion.at(s * kT);
-    EXPECT_NEAR(state.position_mm, kD * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s), 1e-12 * kD);
-    fastest = std::max(fastest, state.velocity_mm_per_s);
-  }
-  EXPECT_NEAR(fastest, 1.875 * kD / kT, 1e-9);
-  EXPECT_NEAR(motion.at(0.5 * kT).velocity_mm_per_s, 1.875 * kD / kT, 1e-9);
-}
-
 /// ∫ jerk² over the motion plus ε times a bump that keeps all six boundary values: (s (1-s))³.
 double jerk_cost(const MinimumJerk& motion, double epsilon_mm) {
   const double duration = motion.duration_s();

@@ -46,19 +46,6 @@ TEST_P(Memory, ForceAtHeldDepthFadesWithTheBranches) {
   }
 }
 
-TEST_P(Memory, OnlyTheElasticShareIsLeftInTheEnd) {
-  DepthControl tip(parameters, 1e-3);
-  const double depth_mm = 0.7 * depth_at_4n_mm;
-  tip.move_to(depth_mm);
-  double last_n = 1e300;
-  for (int i = 0; i < 60'000; ++i) {
-    const double force_n = tip.move_to(depth_mm).force_n;
-    ASSERT_LE(force_n, last_n + 1e-9) << "never grows by itself";
-    last_n = force_n;
-  }
-  EXPECT_NEAR(last_n, tip.material().elastic_force_n(depth_mm), 1e-6);
-}
-
 TEST_P(Memory, FasterIsStiffer) {
   test::expect_faster_is_stiffer([&](double step_s) { return Material(parameters, step_s); },
                                  0.5 * depth_at_4n_mm, {0.1, 1.0, 10.0, 100.0, 400.0});
@@ -115,20 +102,6 @@ TEST_P(Memory, SurfaceComesBackAfterTheTipHasLeft) {
     last_mm = tip.material().depression_mm();
   }
   EXPECT_LT(last_mm, 0.01 * left_mm);
-}
-
-TEST_P(Memory, ADentIsPressedWithLessForceThanAFreshSurface) {
-  const double depth_mm = 0.5 * depth_at_4n_mm;
-  const auto press_force_n = [&](DepthControl& tip) {
-    double force_n = 0.0;
-    for (int i = 1; i <= 1000; ++i) force_n = tip.move_to(depth_mm * i / 1000).force_n;
-    return force_n;
-  };
-  DepthControl tip(parameters, 1e-4);
-  const double fresh_n = press_force_n(tip);
-  for (int i = 0; i < 20'000; ++i) tip.move_to(depth_mm);
-  tip.move_to(0.0);
-  EXPECT_LT(press_force_n(tip), fresh_n);
 }
 
 MaterialParameters standard_solid(double share, double time_s) {

@@ -93,16 +93,6 @@ TEST(ObjectEvent, ATiltedObjectTurnsItsNormal) {
   EXPECT_TRUE(rig.truth().in_contact);
 }
 
-TEST(ObjectEvent, FromAnyThreadWhileTheClockRuns) {
-  VirtualRig rig({.object = "sponge_block"}, pressed_with(1.0));
-  rig.run(5.0);
-  ASSERT_TRUE(rig.truth().in_contact);
-  std::thread other([&] { EXPECT_FALSE(rig.rig().happen({.kind = Kind::kVanish})); });
-  other.join();
-  rig.tick();
-  EXPECT_FALSE(rig.truth().in_contact);
-}
-
 TEST(ObjectEvent, WhatCannotHappenIsRefused) {
   VirtualRig rig({});
   EXPECT_TRUE(rig.rig().happen({.kind = Kind::kMove, .move_mm = {0.0, 0.0, 1e4}}));

@@ -85,13 +85,6 @@ TEST(ObjectPreset, ABallBearingRollsMuchTheSameOnAll) {
   }
 }
 
-TEST(Tip, HasANameOrNone) {
-  EXPECT_EQ(tip_names(), (std::vector<std::string>{"rod", "ball_bearing"}));
-  EXPECT_EQ(tip_named("rod"), Tip::kRod);
-  EXPECT_EQ(tip_named("ball_bearing"), Tip::kBallBearing);
-  EXPECT_FALSE(tip_named("needle"));
-}
-
 TEST(ObjectPreset, EveryShapeTouchesTheOriginAndStaysBelow) {
   for (const std::string& name : object_preset_names()) {
     const Shape shape = object_preset(name)->shape;

@@ -78,12 +78,6 @@ TEST(Sphere, NearestPointLiesOnTheRay) {
   }
 }
 
-TEST(Sphere, TouchesTheOriginFromBelow) {
-  const Projection top = Sphere{50.0}.project({0.0, 0.0, 0.0});
-  EXPECT_NEAR(top.depth_mm, 0.0, 1e-12);
-  EXPECT_NEAR(top.outward_normal.z, 1.0, 1e-14);
-}
-
 TEST(Sphere, ItsCentreHasADepthAndANormal) {
   const Projection nearest = Sphere{40.0}.project({0.0, 0.0, -40.0});
   EXPECT_EQ(nearest.depth_mm, 40.0);
