@@ -11,7 +11,6 @@
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "server/identification/estimate/contact/contact_surface.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
-#include "tests/reference/creep_force.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::identification {
@@ -257,21 +256,6 @@ TEST(ContactCreepFit, TellsWhatItCannotTell) {
   EXPECT_FALSE(fit.solve());
   for (int i = 0; i < 10'000; ++i) fit.add({-1.0, 0.0, 0.0, false}, 1e-3);
   EXPECT_FALSE(fit.solve());
-}
-
-TEST(ContactCreepForce, UndoesTheLaw) {
-  const rt::CreepParameters parameters = some_creep();
-  rt::CreepLaw law(parameters, 1000.0);
-  CreepForce inverse(parameters);
-  for (int i = 0; i < 20'000; ++i) {
-    const PalpationSample s = creep_sample(law, i, 0.0);
-    ASSERT_NEAR(inverse.update(s.displacement_mm, 1e-3), s.normal_force_n, 1e-6) << i;
-  }
-  // Beyond the last knot the law goes on straight, and so does its inverse.
-  law.reset();
-  CreepForce fresh(parameters);
-  ASSERT_NEAR(fresh.update(law.update(5.0).displacement_mm, 1e-3), 5.0, 1e-6);
-  EXPECT_EQ(fresh.update(-1.0, 1e-3), 0.0);
 }
 
 TEST(ContactCreepFit, TakesTimesThatASlowRecordingResolves) {

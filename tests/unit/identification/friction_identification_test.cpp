@@ -10,7 +10,6 @@
 #include "identified.h"
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"
-#include "server/identification/gate/sample_gate.h"
 #include "server/identification/gate/stroke_effort.h"
 
 namespace hapticd::identification {
@@ -386,19 +385,6 @@ TEST(StrokeEffort, AsksForLessWhereTheSensorSaturates) {
   for (int i = 1; i < 100; ++i) effort.saturate(1e-3 * i);
   effort.release();
   EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 3.0);
-}
-
-TEST(SampleGate, ALateTickIsNoGap) {
-  hal::RigInfo rig;
-  rig.rate_hz = 1000.0;
-  SampleGate gate(stroke_policy(rig));
-  hal::RigSample sample;
-  sample.time_ns = 1'000'000;
-  EXPECT_EQ(gate.judge(sample), SampleGate::Verdict::kUse);
-  sample.time_ns += 6'000'000;
-  EXPECT_EQ(gate.judge(sample), SampleGate::Verdict::kUse) << "scenes follow a motion across it, too";
-  sample.time_ns += 17'000'000;
-  EXPECT_EQ(gate.judge(sample), SampleGate::Verdict::kRestart);
 }
 
 TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {

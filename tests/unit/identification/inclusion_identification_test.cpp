@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "hidden_inclusion.h"
@@ -116,68 +117,55 @@ TEST(InclusionSession, WhereItsDepthIsKnownPressesOverItAreEnough) {
               1.0, 0.1);
 }
 
-TEST(InclusionSession, TooFewPressesAreRefusedWithTheirNumber) {
-  const rt::InclusionParameters truth = inclusion_at(0.0, 0.0, 22.0);
-  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
-  MadePresses hand(identification, &truth);
-  for (const double x : {-8.0, 0.0, 8.0}) hand.press(x, 0.0);
-  hand.press(0.0, 8.0, 1.0);  // a touch, no press
-  const hal::Error refusal = refusal_of(identification);
-  EXPECT_EQ(refusal.what, "too few presses");
-  EXPECT_EQ(refusal.value, "3");
-  EXPECT_FALSE(refusal.remedy.empty());
-  EXPECT_FALSE(identification.progress().missing.empty());
-}
-
-TEST(InclusionSession, PressesAtOnePlaceAreRefused) {
-  const rt::InclusionParameters truth = inclusion_at(0.0, 0.0, 22.0);
-  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
-  MadePresses hand(identification, &truth);
-  for (int i = 0; i < 12; ++i) hand.press(0.3 * i, 0.0);
-  const hal::Error refusal = refusal_of(identification);
-  EXPECT_TRUE(holds(refusal.what, "at one place"));
-  EXPECT_TRUE(holds(refusal.remedy, "known"));
-}
-
-TEST(InclusionSession, AScanIsNotTakenForPressesOverAKnownDepth) {
-  const rt::InclusionParameters truth = inclusion_at(0.0, 0.0, 22.0);
-  InclusionTask task = pressed_by_point();
-  task.known_depth_mm = 22.0;
-  task.reference = {{}, kOwnLaw, "the law of 'x'"};
-  InclusionIdentification identification(task, session_rig(hal::RigKind::kReplay));
-  MadePresses hand(identification, &truth);
-  hand.grid();
-  EXPECT_TRUE(holds(refusal_of(identification).what, "not straight over"));
-}
-
-TEST(InclusionSession, AForceThatIsNeverZeroIsRefused) {
-  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
-  MadePresses hand(identification, nullptr);
-  hand.zero_n = 0.5;
-  hand.grid();
-  const hal::Error refusal = refusal_of(identification);
-  EXPECT_TRUE(holds(refusal.what, "never fell to zero"));
-  EXPECT_TRUE(holds(refusal.remedy, "bias"));
-}
-
-TEST(InclusionSession, AHomogeneousObjectHasNone) {
-  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
-  MadePresses hand(identification, nullptr);
-  hand.grid();
-  EXPECT_FALSE(identification.progress().converged);
-  EXPECT_TRUE(holds(refusal_of(identification).what, "no inclusion is seen"));
-}
-
-TEST(InclusionSession, APartOfTheSurfaceIsNotEnough) {
-  // The inclusion lies outside of what was pressed: no press on its far side.
-  const rt::InclusionParameters truth = inclusion_at(26.0, 0.0, 22.0);
-  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
-  MadePresses hand(identification, &truth);
+TEST(InclusionSession, RefusesPressesThatTellNoInclusionAndSaysWhy) {
+  const rt::InclusionParameters in_the_middle = inclusion_at(0.0, 0.0, 22.0);
+  const rt::InclusionParameters outside = inclusion_at(26.0, 0.0, 22.0);  // of what is pressed
+  InclusionTask of_known_depth = pressed_by_point();
+  of_known_depth.known_depth_mm = 22.0;
+  of_known_depth.reference = {{}, kOwnLaw, "the law of 'x'"};
+  struct Case {
+    const char* what;
+    const char* remedy;
+    const rt::InclusionParameters* inclusion;
+    std::function<void(MadePresses&)> pressed;
+    InclusionTask task = pressed_by_point();
+  };
+  const auto by_grid = [](MadePresses& hand) { hand.grid(); };
+  for (const Case& c : {Case{"too few presses", "", &in_the_middle,
+                             [](MadePresses& hand) {
+                               for (const double x : {-8.0, 0.0, 8.0}) hand.press(x, 0.0);
+                               hand.press(0.0, 8.0, 1.0);  // a touch, no press
+                             }},
+                        Case{"at one place", "known", &in_the_middle,
+                             [](MadePresses& hand) {
+                               for (int i = 0; i < 12; ++i) hand.press(0.3 * i, 0.0);
+                             }},
+                        Case{"not straight over", "", &in_the_middle, by_grid, of_known_depth},
+                        Case{"never fell to zero", "bias", nullptr,
+                             [](MadePresses& hand) {
+                               hand.zero_n = 0.5;
+                               hand.grid();
+                             }},
+                        Case{"no inclusion is seen", "", nullptr, by_grid}}) {
+    InclusionIdentification identification(c.task, session_rig(hal::RigKind::kReplay));
+    MadePresses hand(identification, c.inclusion);
+    c.pressed(hand);
+    const hal::Error refusal = refusal_of(identification);
+    EXPECT_TRUE(holds(refusal.what, c.what));
+    EXPECT_TRUE(holds(refusal.remedy, c.remedy));
+    EXPECT_FALSE(refusal.remedy.empty()) << c.what;
+    EXPECT_FALSE(identification.progress().converged) << c.what;
+    EXPECT_FALSE(identification.progress().missing.empty()) << c.what;
+    if (refusal.what == "too few presses") {
+      EXPECT_EQ(refusal.value, "3");
+    }
+  }
+  InclusionIdentification on_one_side(pressed_by_point(), session_rig(hal::RigKind::kReplay));
+  MadePresses hand(on_one_side, &outside);
   for (const double x : {-16.0, -8.0, 0.0, 8.0, 16.0})
     for (const double y : {-16.0, -8.0, 0.0, 8.0, 16.0}) hand.press(x, y);
-  const IdentificationProgress progress = identification.progress();
-  EXPECT_FALSE(progress.converged);
-  ASSERT_FALSE(progress.missing.empty());
+  EXPECT_FALSE(on_one_side.progress().converged);
+  EXPECT_FALSE(on_one_side.progress().missing.empty());
 }
 
 TEST(InclusionSession, APersonIsGuidedOverTheSurfaceUntilItIsFound) {

@@ -8,6 +8,7 @@
 #include "contact_synthetic.h"
 #include "rt/signal/vector.h"
 #include "server/identification/session/contact/contact_identification.h"
+#include "tests/support/turn.h"
 
 namespace hapticd::identification {
 namespace {
@@ -19,13 +20,6 @@ constexpr double kPressToolG = 12.6;
 constexpr double kWeightN = 1e-6 * kPressToolG * rt::ToolLoad::kGravityMmPerS2;
 constexpr Vector3 kDown{0.0, 0.0, -1.0};
 constexpr rt::HuntCrossleyParameters kFoldedLaw{0.25, 4e-4, 1.6};
-
-Quaternion turn(const Vector3& axis, double deg) {
-  const double half = deg * 0.008726646259971648;
-  const Vector3 unit_axis = rt::direction_or(axis, kDown);
-  return {std::cos(half), std::sin(half) * unit_axis.x, std::sin(half) * unit_axis.y,
-          std::sin(half) * unit_axis.z};
-}
 
 hal::RigInfo press_rig() {
   hal::RigInfo info;
@@ -40,9 +34,9 @@ hal::RigInfo press_rig() {
 /// What an awkward rig would measure of the same press: the object lies elsewhere, the tool is held askew,
 /// the sensor is turned in it and was biased with the tool held in yet another way.
 struct Awkward {
-  Quaternion to_rig = turn({0.3, 1.0, -0.2}, 70.0);  ///< press frame → rig frame
-  Quaternion tool = turn({1.0, -0.4, 0.8}, 35.0);    ///< orientation, rig frame
-  Quaternion at_bias = turn({0.1, 0.9, 0.3}, -50.0);
+  Quaternion to_rig = hapticd::test::turn_about({0.3, 1.0, -0.2}, 70.0);  ///< press frame → rig frame
+  Quaternion tool = hapticd::test::turn_about({1.0, -0.4, 0.8}, 35.0);    ///< orientation, rig frame
+  Quaternion at_bias = hapticd::test::turn_about({0.1, 0.9, 0.3}, -50.0);
   Vector3 sensor_turn_deg{3.0, -2.0, 20.0};
 
   rt::Observation measured(const rt::Observation& upright) const {

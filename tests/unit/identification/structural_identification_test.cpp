@@ -84,26 +84,20 @@ struct StructuralBench {
   }
 };
 
-TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
-  StructuralIdentification identification({.constant = true}, high_force());
-  StructuralBench bench{[](const Vector3&) { return 1.0 / 2.537; }};
-  bench.follow(identification, 8);
-  const auto model = value_of(identification.finish());
-  EXPECT_TRUE(model.converged);
-  const auto& structure = std::get<rt::StructuralModel>(model.content);
-  EXPECT_NEAR(structure.stiffness_n_per_mm, 2.537, 1e-6);
-  EXPECT_EQ(structure.gradient_per_mm.x, 0.0);
-  EXPECT_LT(model.residual, 1e-4);
-  EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest) << "nothing more is wanted";
-}
-
-TEST(StructuralIdentification, DryFrictionOfTheMotorsIsReportedFromTheBend) {
-  StructuralIdentification identification({.constant = true}, high_force());
-  StructuralBench bench{[](const Vector3&) { return 0.4; }, 0.2};
-  bench.follow(identification, 8);
-  const auto model = value_of(identification.finish());
-  EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 2.5, 1e-4);
-  EXPECT_NEAR(parameter(model, "back_drive_friction_n").value, 0.2, 1e-3);
+TEST(StructuralIdentification, FindsAConstantStiffnessAndTheDryFrictionOfTheMotors) {
+  for (const double friction_n : {0.0, 0.2}) {
+    StructuralIdentification identification({.constant = true}, high_force());
+    StructuralBench bench{[](const Vector3&) { return 1.0 / 2.537; }, friction_n};
+    bench.follow(identification, 8);
+    const auto model = value_of(identification.finish());
+    EXPECT_TRUE(model.converged);
+    const auto& structure = std::get<rt::StructuralModel>(model.content);
+    EXPECT_NEAR(structure.stiffness_n_per_mm, 2.537, friction_n == 0.0 ? 1e-6 : 1e-4);
+    EXPECT_NEAR(parameter(model, "back_drive_friction_n").value, friction_n, 1e-3);
+    EXPECT_EQ(structure.gradient_per_mm.x, 0.0);
+    EXPECT_LT(model.residual, 1e-4);
+    EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest) << "nothing more is wanted";
+  }
 }
 
 TEST(StructuralIdentification, FindsAQuadraticField) {

@@ -34,9 +34,6 @@ Quaternion turned(const Vector3& rad) {
   const Vector3 n = rad * (std::sin(0.5 * angle) / angle);
   return {std::cos(0.5 * angle), n.x, n.y, n.z};
 }
-Quaternion inverse(const Quaternion& q) {
-  return {q.w, -q.x, -q.y, -q.z};
-}
 
 struct Motion {
   double tilt_rad = 0.7;
@@ -59,7 +56,7 @@ rt::Observation sample_at(const Body& body, const Motion& motion, double t, doub
   constexpr double h = 1e-3;
   const auto load = [&](double at) {
     const Vector3 a = (centre(at + h) - centre(at) * 2.0 + centre(at - h)) * (1.0 / (h * h));
-    return rt::rotated(inverse(motion.orientation(at)), Vector3{0.0, 0.0, -9807.0} - a) *
+    return rt::rotated(rt::conjugate(motion.orientation(at)), Vector3{0.0, 0.0, -9807.0} - a) *
            (1e-6 * body.mass_g);
   };
   rt::Observation o;
@@ -69,7 +66,7 @@ rt::Observation sample_at(const Body& body, const Motion& motion, double t, doub
   o.sample.force_count = 10;
   // The sensor's value is the mean since the tick before.
   const Vector3 tool = load(t - 0.5 * period_s);
-  const Quaternion back = inverse(body.sensor_to_tool);
+  const Quaternion back = rt::conjugate(body.sensor_to_tool);
   o.sample.sensor_force_n = rt::rotated(back, tool) + body.force_bias_n;
   o.sample.sensor_torque_n_mm = rt::rotated(back, rt::cross(body.centre_mm, tool)) + body.torque_bias_n_mm;
   return o;
@@ -230,8 +227,9 @@ TEST(ToolLoadFit, StandardErrorsAreThoseOfTheNoise) {
     ToolMoments moments;
     for (int i = 0; i < 300; ++i) {
       ToolExcitation e;
-      const Vector3 g = rt::rotated(inverse(turned({0.7 * std::sin(0.3 * i), 0.7 * std::cos(0.17 * i), 0.0})),
-                                    Vector3{0.0, 0.0, -9807e-6});
+      const Vector3 g =
+          rt::rotated(rt::conjugate(turned({0.7 * std::sin(0.3 * i), 0.7 * std::cos(0.17 * i), 0.0})),
+                      Vector3{0.0, 0.0, -9807e-6});
       e.weight_n_per_g = g;
       e.force_n = g * 10.0 + Vector3{noise(), noise(), noise()} * 2e-3;
       moments.add(e);
@@ -252,7 +250,7 @@ TEST(ToolLoadFit, StretchesAboutTheirMeansLeaveADriftOut) {
     drift_n += i < 1700 ? 3e-5 : -2e-5;  // up and down again
     ToolExcitation e;
     // Turned further and further, so that the drift looks like a part of the weight.
-    e.weight_n_per_g = rt::rotated(inverse(turned({0.0002 * i, 0.7 * std::cos(0.17 * i), 0.0})),
+    e.weight_n_per_g = rt::rotated(rt::conjugate(turned({0.0002 * i, 0.7 * std::cos(0.17 * i), 0.0})),
                                    Vector3{0.0, 0.0, -9807e-6});
     e.force_n = e.weight_n_per_g * 9.35 + bias_n + Vector3{1.0, -2.0, 1.5} * drift_n;
     plain.add(e);
