@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "client/cli/commands/bash_completion.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/identify/identify_task.h"
 #include "client/cli/identify/identify_upload.h"
@@ -175,28 +174,6 @@ TEST(IdentifyCommand, ARecordingsNameIsTextOfBoundedLength) {
   std::string longest;
   for (int i = 0; i < 300; ++i) longest += "ü";
   EXPECT_EQ(recording_name(longest).size(), 400U);  // 200 characters
-}
-
-TEST(IdentifyCommand, IsCompleted) {
-  Session session;
-  CLI::App app;
-  app.name("hapticctl");
-  build_app(app, session);
-  const std::string script = bash_completion(app);
-  const auto words_at = [&script](const std::string& path) {
-    const auto begin = script.find("'" + path + "') words='");
-    return begin == std::string::npos ? std::string()
-                                      : script.substr(begin, script.find('\n', begin) - begin);
-  };
-  for (const char* word : {"contact", "friction", "structural", "tool", "threshold", "gains", "inclusion",
-                           "watch", "cancel", "list"}) {
-    EXPECT_NE(words_at("identify").find(word), std::string::npos) << word;
-  }
-  for (const char* word : {"--object", "--law", "--method", "--recording", "--column", "--adopt", "--detach",
-                           "--time-limit", "--svg", "--json"}) {
-    EXPECT_NE(words_at("identify contact").find(word), std::string::npos) << word;
-  }
-  EXPECT_NE(words_at("identify friction").find("--normal-force"), std::string::npos);
 }
 
 }  // namespace

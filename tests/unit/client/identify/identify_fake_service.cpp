@@ -120,15 +120,12 @@ grpc::Status IdentifyFakeService::UploadRecording(grpc::ServerContext* context,
   v1::UploadRecordingRequest piece;
   while (reader->Read(&piece)) {
     std::unique_lock lock(mutex_);
-    checksum_ = checksum_of(piece.csv(), checksum_);
-    piece_sizes_.push_back(piece.csv().size());
-    uploaded_bytes_ += piece.csv().size();
-    piece.clear_csv();
     pieces_.push_back(piece);
-    if (script_.upload_refused_after && uploaded_bytes_ >= *script_.upload_refused_after) {
+    uploaded_ += piece.csv();
+    if (script_.upload_refused_after && uploaded_.size() >= *script_.upload_refused_after) {
       return script_.upload_refusal;
     }
-    if (script_.upload_stalls_after && uploaded_bytes_ >= *script_.upload_stalls_after) {
+    if (script_.upload_stalls_after && uploaded_.size() >= *script_.upload_stalls_after) {
       while (!closing_ && !context->IsCancelled()) changed_.wait_for(lock, script_.pace);
       return {grpc::StatusCode::CANCELLED, "given up"};
     }
@@ -139,49 +136,6 @@ grpc::Status IdentifyFakeService::UploadRecording(grpc::ServerContext* context,
   response->set_duration_s(1.233);
   response->add_remarks("2 gaps of more than 5 ms were left out");
   return grpc::Status::OK;
-}
-
-int IdentifyFakeService::watched() const {
-  const std::lock_guard lock(mutex_);
-  return static_cast<int>(watched_names_.size());
-}
-int IdentifyFakeService::cancelled() const {
-  const std::lock_guard lock(mutex_);
-  return cancelled_;
-}
-std::vector<v1::StartIdentificationRequest> IdentifyFakeService::started() const {
-  const std::lock_guard lock(mutex_);
-  return started_;
-}
-std::vector<std::string> IdentifyFakeService::watched_names() const {
-  const std::lock_guard lock(mutex_);
-  return watched_names_;
-}
-std::vector<v1::UploadRecordingRequest> IdentifyFakeService::pieces() const {
-  const std::lock_guard lock(mutex_);
-  return pieces_;
-}
-std::vector<std::size_t> IdentifyFakeService::piece_sizes() const {
-  const std::lock_guard lock(mutex_);
-  return piece_sizes_;
-}
-std::size_t IdentifyFakeService::uploaded_bytes() const {
-  const std::lock_guard lock(mutex_);
-  return uploaded_bytes_;
-}
-std::uint64_t IdentifyFakeService::uploaded_checksum() const {
-  const std::lock_guard lock(mutex_);
-  return checksum_;
-}
-
-std::uint64_t IdentifyFakeService::checksum_of(const std::string& text, std::uint64_t before) {
-  std::uint64_t first = before & 0xffffffffU;
-  std::uint64_t second = before >> 32U;
-  for (const char c : text) {
-    first = (first + static_cast<unsigned char>(c) + 1U) % 4294967291U;
-    second = (second + first) % 4294967291U;
-  }
-  return second << 32U | first;
 }
 
 grpc::Status IdentifyFakeService::refusal(grpc::StatusCode code, const v1::ErrorDetail& detail) {

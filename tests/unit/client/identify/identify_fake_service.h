@@ -50,17 +50,13 @@ class IdentifyFakeService final : public v1::IdentificationService::Service {
   void listen();
 
   // What clients did.
-  int watched() const;
-  int cancelled() const;
-  std::vector<v1::StartIdentificationRequest> started() const;
-  std::vector<std::string> watched_names() const;
-  std::vector<v1::UploadRecordingRequest> pieces() const;  ///< without their text
-  std::vector<std::size_t> piece_sizes() const;
-  std::size_t uploaded_bytes() const;
-  std::uint64_t uploaded_checksum() const;  ///< checksum_of() all the text
+  int watched() const { return static_cast<int>(watched_names().size()); }
+  int cancelled() const { return locked(cancelled_); }
+  std::vector<v1::StartIdentificationRequest> started() const { return locked(started_); }
+  std::vector<std::string> watched_names() const { return locked(watched_names_); }
+  std::vector<v1::UploadRecordingRequest> pieces() const { return locked(pieces_); }
+  std::string uploaded() const { return locked(uploaded_); }  ///< the text of all pieces
 
-  /// A sum in which places count (Fletcher).
-  static std::uint64_t checksum_of(const std::string& text, std::uint64_t before = 0);
   /// A refusal as the daemon makes it: a status with an ErrorDetail.
   static grpc::Status refusal(grpc::StatusCode code, const v1::ErrorDetail& detail);
 
@@ -81,6 +77,11 @@ class IdentifyFakeService final : public v1::IdentificationService::Service {
                                grpc::ServerReader<v1::UploadRecordingRequest>* reader,
                                v1::UploadRecordingResponse* response) override;
 
+  template <class T>
+  T locked(const T& value) const {
+    const std::lock_guard lock(mutex_);
+    return value;
+  }
   /// What is reported now. `mutex_` held.
   bool streams_to_break() const;
   v1::IdentificationProgress now() const;
@@ -99,9 +100,7 @@ class IdentifyFakeService final : public v1::IdentificationService::Service {
   std::vector<v1::StartIdentificationRequest> started_;
   std::vector<std::string> watched_names_;
   std::vector<v1::UploadRecordingRequest> pieces_;
-  std::vector<std::size_t> piece_sizes_;
-  std::size_t uploaded_bytes_ = 0;
-  std::uint64_t checksum_ = 0;
+  std::string uploaded_;
 };
 
 /// A running contact identification, as far along as `completion` says.
