@@ -55,19 +55,6 @@ TEST(Calibration, UserAxesAreTheMatrix) {
   EXPECT_TRUE(calibration.notes.empty());
 }
 
-TEST(Calibration, LoadFromGaugesIsTheLoadThatWasPutOn) {
-  const auto calibration = test::value_of(parse_calibration(file(), "made up"));
-  const hal::Vector3 force{3.0, -7.0, 11.0};
-  const hal::Vector3 torque{40.0, -20.0, 90.0};
-  const auto volts = GaugeEmulator().volts(force, torque);
-  const double expected[] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
-  for (std::size_t i = 0; i < 6; ++i) {
-    double load = 0.0;
-    for (std::size_t j = 0; j < 6; ++j) load += calibration.matrix[i][j] * volts[j];
-    EXPECT_NEAR(load, expected[i], 1e-8);
-  }
-}
-
 // A file of version 1.1 holds both forms; asked to be 1.0 its axes must lead to the same matrix.
 TEST(Calibration, AxesScalesAndTransformMakeTheSameMatrix) {
   for (const auto& turn : {std::array<double, 3>{}, std::array<double, 3>{10.0, -25.0, 130.0}}) {

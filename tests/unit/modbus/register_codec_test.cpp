@@ -73,19 +73,6 @@ TEST(RegisterCodec, ReadsAndWritesWhatManualsPrint) {
   }
 }
 
-TEST(RegisterCodec, EveryFloatComesBackInEveryOrder) {
-  for (const Order word : {Order::kBigFirst, Order::kLittleFirst}) {
-    for (const Order byte : {Order::kBigFirst, Order::kLittleFirst}) {
-      const NumberFormat format{NumberType::kF32, word, byte};
-      for (double value = -1e6; value < 1e6; value += 12345.678) {
-        const auto words = encode(format, value);
-        ASSERT_TRUE(words);
-        EXPECT_EQ(decode(format, *words), static_cast<double>(static_cast<float>(value)));
-      }
-    }
-  }
-}
-
 TEST(RegisterCodec, RefusesWhatATypeCannotHold) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(encode({NumberType::kU16}, 65536));

@@ -167,17 +167,6 @@ TEST(NetFtBias, InSoftwareOutlastsLettingGoOfTheSensor) {
   EXPECT_TRUE(reads(bench, [](const auto& s) { return s.bias_serial == 2; })) << "every bias counts";
 }
 
-TEST(NetFtBias, ItsSerialNumberSaysOfALoss) {
-  NetFtBench bench;
-  bench.config.bias = BiasBy::kBox;
-  bench.box.set_offset({0.0, 0.0, 2.0}, {});
-  ASSERT_FALSE(bench.engage());
-  ASSERT_FALSE(bench.sensor->bias());
-  ASSERT_TRUE(reads(bench, [](const auto& s) { return s.bias_serial == 1; }));
-  bench.box.restart(0.5);
-  EXPECT_TRUE(reads(bench, [](const auto& s) { return s.bias_serial == 2; }));
-}
-
 TEST(NetFtBias, IsForgottenWhereTheBoxCountsOtherwise) {
   emulators::NetFtBoxSettings settings;
   NetFtBench bench(settings);

@@ -99,38 +99,6 @@ TEST(NetFtReading, AfterALongPauseOnlyTheNewestSampleSaysOfNow) {
   EXPECT_EQ(bench.figure("samples_skipped") - skipped, 2.0);
 }
 
-TEST(NetFtReading, TurnsTheSensorsAxesIntoTheTools) {
-  FedBench bench;
-  bench.config.axes = "-z +y +x";
-  ASSERT_FALSE(bench.engage());
-  bench.feed({1.0, 2.0, 3.0}, {40.0, 50.0, 60.0});
-  const hal::RigSample sample = bench.read();
-  EXPECT_NEAR(sample.sensor_force_n.x, -3.0, 1e-6);
-  EXPECT_NEAR(sample.sensor_force_n.y, 2.0, 1e-6);
-  EXPECT_NEAR(sample.sensor_force_n.z, 1.0, 1e-6);
-  EXPECT_NEAR(sample.sensor_torque_n_mm.x, -60.0, 1e-3);
-  EXPECT_NEAR(sample.sensor_torque_n_mm.z, 40.0, 1e-3);
-}
-
-TEST(NetFtReading, HonoursEveryUnitOfTheBox) {
-  for (const char* force : {"N", "kN", "lbf", "klbf", "kgf", "gf"}) {
-    for (const char* torque : {"Nm", "N-mm", "kNm", "lbf-in", "lbf-ft", "kgf-cm"}) {
-      emulators::NetFtBoxSettings settings{
-          .counts_per_force = 2e6, .counts_per_torque = 5e6, .force_unit = force, .torque_unit = torque};
-      FedBench bench(settings);
-      const auto error = bench.engage();
-      ASSERT_FALSE(error) << force << " " << torque << ": " << error->text();
-      bench.feed({1.0, -2.0, 3.0}, {40.0, -50.0, 60.0});
-      const hal::RigSample sample = bench.read();
-      // To within half a count of the coarsest: 1 klbf / 2e6, 1 kN·m / 5e6.
-      EXPECT_NEAR(sample.sensor_force_n.z, 3.0, 1.2e-3) << force;
-      EXPECT_NEAR(sample.sensor_force_n.y, -2.0, 1.2e-3) << force;
-      EXPECT_NEAR(sample.sensor_torque_n_mm.x, 40.0, 0.11) << torque;
-      EXPECT_NEAR(sample.sensor_torque_n_mm.y, -50.0, 0.11) << torque;
-    }
-  }
-}
-
 TEST(NetFtReading, BelievesCountsGivenByHandWhereThereIsNoPage) {
   emulators::NetFtBoxSettings settings{.counts_per_force = 4000.0,
                                        .counts_per_torque = 200.0,

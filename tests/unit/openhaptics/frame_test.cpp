@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 
 #include "hal/geometry.h"
 #include "hal/openhaptics/device_frame.h"
 #include "hd_bench.h"
+#include "tests/support/turn.h"
 
 namespace hapticd::test {
 namespace {
@@ -22,11 +22,6 @@ using openhaptics::Transform;
 
 Transform with_axes(const Vector3& x, const Vector3& y, const Vector3& z) {
   return {x.x, x.y, x.z, 0.0, y.x, y.y, y.z, 0.0, z.x, z.y, z.z, 0.0, 0.0, 0.0, 0.0, 1.0};
-}
-
-Vector3 turned(const Vector3& axis, double angle, const Vector3& v) {  // Rodrigues
-  const Vector3 cross{axis.y * v.z - axis.z * v.y, axis.z * v.x - axis.x * v.z, axis.x * v.y - axis.y * v.x};
-  return v * std::cos(angle) + cross * std::sin(angle) + axis * (dot(axis, v) * (1.0 - std::cos(angle)));
 }
 
 void expect_near(const Vector3& a, const Vector3& b, double tolerance) {
@@ -71,14 +66,13 @@ TEST(OpenHapticsFrame, AnUprightStylusIsAnUprightTool) {
 TEST(OpenHapticsFrame, AnyRotationTurnsAllAxesAsTheTransformDoes) {
   std::mt19937 random(2);
   std::normal_distribution<double> number;
-  std::uniform_real_distribution<double> angles(-std::numbers::pi, std::numbers::pi);
+  std::uniform_real_distribution<double> angles_deg(-180.0, 180.0);
   for (int i = 0; i < 1000; ++i) {
-    Vector3 axis{number(random), number(random), number(random)};
-    axis = axis * (1.0 / std::sqrt(dot(axis, axis)));
     // Half-turns too, where a careless formula divides by zero.
-    const double angle = i % 10 == 0 ? std::numbers::pi : angles(random);
+    const Quaternion turn = turn_about({number(random), number(random), number(random)},
+                                       i % 10 == 0 ? 180.0 : angles_deg(random));
     Vector3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
-    for (Vector3& a : axes) a = turned(axis, angle, a);
+    for (Vector3& a : axes) a = turned(turn, a);
     const auto q = orientation_in_rig(with_axes(axes[0], axes[1], axes[2]));
     ASSERT_TRUE(q);
     EXPECT_NEAR(q->w * q->w + q->x * q->x + q->y * q->y + q->z * q->z, 1.0, 1e-12);

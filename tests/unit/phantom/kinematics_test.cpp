@@ -12,9 +12,12 @@
 
 #include "hal/phantom/phantom_config.h"
 #include "tests/emulators/board/arm_emulator.h"
+#include "tests/support/turn.h"
 
 namespace hapticd::phantom {
 namespace {
+
+using test::turned;
 
 double length(const hal::Vector3& v) {
   return std::sqrt(dot(v, v));
@@ -117,15 +120,6 @@ TEST(Kinematics, StopsAreReported) {
   EXPECT_NEAR(beyond_deg(0.0, -20.0, -32.0), 3.0, 1e-9);
   EXPECT_NEAR(beyond_deg(0.0, 70.0, 0.0), 5.0, 1e-9) << "q2 - q3";
   EXPECT_NEAR(beyond_deg(0.0, 0.0, 56.0), 1.0, 1e-9) << "q3 - q2";
-}
-
-hal::Vector3 turned(const hal::Quaternion& q, const hal::Vector3& v) {
-  const hal::Vector3 u{q.x, q.y, q.z};
-  const auto cross = [](const hal::Vector3& a, const hal::Vector3& b) {
-    return hal::Vector3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  };
-  const hal::Vector3 t = cross(u, v) * 2.0;
-  return v + t * q.w + cross(u, t);
 }
 
 TEST(Kinematics, TheGimbalTurnsWithTheSecondLink) {
