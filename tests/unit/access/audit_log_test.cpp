@@ -215,6 +215,8 @@ TEST(AuditLog, RefusesWhatIsSomethingElse) {
   std::ofstream(store) << "SQLite format 3";
   EXPECT_TRUE(is_refused(store));
   EXPECT_EQ(std::filesystem::file_size(store), 15U);
+  config.audit_file = "/proc/no/such/folder/audit.jsonl";  // cannot be written
+  EXPECT_EQ(test::error_of(AuditLog::open(config)).where, "[access] audit_file");
 }
 
 TEST(AuditLog, IsOfOneDaemon) {
@@ -227,12 +229,6 @@ TEST(AuditLog, IsOfOneDaemon) {
   EXPECT_NE(second.error().text().find("another process writes"), std::string::npos) << second.error().text();
   first.reset();
   EXPECT_TRUE(AuditLog::open(config));
-}
-
-TEST(AuditLog, RefusesAFileThatCannotBeWritten) {
-  AccessConfig config;
-  config.audit_file = "/proc/no/such/folder/audit.jsonl";
-  EXPECT_EQ(test::error_of(AuditLog::open(config)).where, "[access] audit_file");
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ TEST_F(GuardWatchTest, FaultsAndWhatClearedThemAreOnTheBoardWithTheTimeOfDay) {
   tick(20);
   engine_.raise(rt::GuardFault::kOscillation);
   tick(20);
-  ASSERT_TRUE(await([&] { return board_.last() > 0; }));
+  ASSERT_TRUE(test::eventually([&] { return board_.last() > 0; }));
   const auto all = board_.all_after(0);
   ASSERT_EQ(all.size(), 1U);
   EXPECT_EQ(all[0].event.kind, EventKind::kFault);

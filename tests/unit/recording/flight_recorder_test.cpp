@@ -33,13 +33,13 @@ class FlightRecorderTest : public RecordingTest {
       const std::uint64_t now = std::min<std::uint64_t>(count - done, 500);
       const std::uint64_t goal = flight().rows_kept() + now;
       tick(now);
-      ASSERT_TRUE(await([&] { return flight().rows_kept() >= goal; }));
+      ASSERT_TRUE(test::eventually([&] { return flight().rows_kept() >= goal; }));
       done += now;
     }
   }
   /// All incidents, once there are `count` and the last one is written to its end.
   std::vector<RecordingInfo> incidents(std::size_t count) {
-    EXPECT_TRUE(await([&] {
+    EXPECT_TRUE(test::eventually([&] {
       const auto list = *flight().list();
       return list.size() >= count && !list.back().end_reason.empty() && flight().last().has_value();
     }));
@@ -117,7 +117,7 @@ TEST_F(FlightRecorderTest, ARequestDoesSoToo) {
   flight();
   flown(100);
   ASSERT_FALSE(flight().request("it felt odd", "user:anna"));
-  ASSERT_TRUE(await([this] {
+  ASSERT_TRUE(test::eventually([this] {
     flown(10);
     return flight().last().has_value();
   }));
@@ -247,7 +247,7 @@ TEST_F(FlightRecorderTest, TheRingOfARunThatCrashedBecomesAnIncident) {
   config.folder = other;
   FlightRecorder next(hub_, board_, sources_, config);
   test::demand(next.open());
-  ASSERT_TRUE(await([&] { return next.last().has_value(); }));
+  ASSERT_TRUE(test::eventually([&] { return next.last().has_value(); }));
   const auto list = next.list();
   ASSERT_EQ(list->size(), 1U);
   EXPECT_EQ(list->front().cause, "unclean_end");
@@ -284,8 +284,9 @@ TEST_F(FlightRecorderTest, TheOldestIncidentsMakeRoom) {
   flown(300);
   engine_.stop();
   flown(300);
-  ASSERT_TRUE(await([this] { return flight().last() && flight().last()->id.ends_with("_stopped"); }));
-  ASSERT_TRUE(await([this] { return flight().list()->size() == 1; }));
+  ASSERT_TRUE(
+      test::eventually([this] { return flight().last() && flight().last()->id.ends_with("_stopped"); }));
+  ASSERT_TRUE(test::eventually([this] { return flight().list()->size() == 1; }));
   EXPECT_EQ(flight().list()->front().cause, "stopped");
 }
 
@@ -306,13 +307,13 @@ TEST_F(FlightRecorderTest, WhatClientsCauseMakesRoomBeforeFaults) {
   flown(300);
   ASSERT_FALSE(flight().request("again and again", "user:otto"));
   flown(kAfterTicks + 50);
-  ASSERT_TRUE(await([this] { return flight().last()->id.ends_with("_requested"); }));
+  ASSERT_TRUE(test::eventually([this] { return flight().last()->id.ends_with("_requested"); }));
   const std::string requested = flight().last()->id;
   EXPECT_EQ(flight().list()->size(), 4U) << "it takes the place of none";
   engine_.stop();
   flown(kAfterTicks + 50);
-  ASSERT_TRUE(await([this] { return flight().last()->id.ends_with("_stopped"); }));
-  ASSERT_TRUE(await([&] { return !is_there("00002_20260101T000000Z_stopped"); }));
+  ASSERT_TRUE(test::eventually([this] { return flight().last()->id.ends_with("_stopped"); }));
+  ASSERT_TRUE(test::eventually([&] { return !is_there("00002_20260101T000000Z_stopped"); }));
   EXPECT_FALSE(is_there(requested));
   EXPECT_TRUE(is_there("00001_20260101T000000Z_sensor_stale")) << "its cause does not take most";
 }

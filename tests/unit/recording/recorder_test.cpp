@@ -247,7 +247,7 @@ TEST_F(RecorderTest, AClockThatIsSetBackChangesNeitherOrderNorLength) {
   std::vector<std::string> ids{"20990101T000000Z_of_an_earlier_version"};
   ids.push_back(started("during").id);
   tick(100);
-  ASSERT_TRUE(await([this] { return recorder().running()->rows >= 100; }));
+  ASSERT_TRUE(test::eventually([this] { return recorder().running()->rows >= 100; }));
   set_ns = -kHourNs;
   ASSERT_FALSE(recorder().annotate("just set", ""));
   tick(100);
@@ -282,7 +282,7 @@ TEST_F(RecorderTest, AClockThatIsSetBackChangesNeitherOrderNorLength) {
 TEST_F(RecorderTest, ARecordingThatOutgrowsTheQuotaEndsWhole) {
   config_.quota_mb = 0.1;
   started();
-  ASSERT_TRUE(await([this] {
+  ASSERT_TRUE(test::eventually([this] {
     tick(1000);
     return !recorder().running();
   }));
@@ -324,7 +324,7 @@ TEST_F(RecorderTest, AFullDiskEndsTheRecordingAndNothingElse) {
     std::uint64_t rows = 0;
     while (recorder().running()) {
       tick(2000);
-      ASSERT_TRUE(await([&] {
+      ASSERT_TRUE(test::eventually([&] {
         const auto running = recorder().running();
         return !running || running->rows > rows;
       }));
@@ -355,7 +355,7 @@ TEST_F(RecorderTest, WithoutRoomForItsBeginningThereIsNoFile) {
 TEST_F(RecorderTest, WhatAnEarlierRunLeftIsFinishedAtTheStart) {
   const RecordingInfo info = started();
   tick(200);
-  ASSERT_TRUE(await([this] { return recorder().running()->rows >= 200; }));
+  ASSERT_TRUE(test::eventually([this] { return recorder().running()->rows >= 200; }));
   const std::string path = recordings() + "/" + info.id + ".mcap";
   const std::string other = folder_.path("other");
   fs::create_directories(other + "/recordings");

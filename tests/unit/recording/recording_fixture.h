@@ -2,10 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "hal/recording/recording_file.h"
@@ -14,6 +11,7 @@
 #include "server/recording/event_board.h"
 #include "server/recording/recording_sources.h"
 #include "server/telemetry/telemetry_hub.h"
+#include "tests/support/eventually.h"
 #include "tests/support/still_rig.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
@@ -51,16 +49,6 @@ class RecordingTest : public testing::Test {
       if (pump && next_tick_ % 50 == 0) hub_.pump(Subscription::Clock::now());
     }
     if (pump) hub_.pump(Subscription::Clock::now());
-  }
-
-  /// Waits for what other threads do; far longer than it takes.
-  static bool await(const std::function<bool()>& holds) {
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (!holds()) {
-      if (std::chrono::steady_clock::now() > until) return false;
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    return true;
   }
 
   struct Seen {
