@@ -52,6 +52,15 @@ class ComediBoard : public testing::Test {
     });
   }
 
+  /// A board whose inputs are engaged and read 1 V.
+  std::shared_ptr<Board> reading_1_v() {
+    stand_in.set_inputs_v({1.0});
+    auto board = make();
+    EXPECT_FALSE(board->engage(BoardUse::kInputs));
+    EXPECT_TRUE(sees(*board, 1.0));
+    return board;
+  }
+
   static double figure(const Board& board, const std::string& name) {
     hal::PartReport report;
     board.describe(report);
@@ -144,10 +153,7 @@ TEST_F(ComediBoard, ScansThatComeInPiecesArePutTogether) {
 }
 
 TEST_F(ComediBoard, AnOverflowIsSaidOnceAndFixed) {
-  stand_in.set_inputs_v({1.0});
-  const auto board = make();
-  ASSERT_FALSE(board->engage(BoardUse::kInputs));
-  ASSERT_TRUE(sees(*board, 1.0));
+  const auto board = reading_1_v();
   const auto before = stand_in.commands();
   stand_in.overflow_stream();
   std::array<Scan, 64> scans;
@@ -160,10 +166,7 @@ TEST_F(ComediBoard, AnOverflowIsSaidOnceAndFixed) {
 }
 
 TEST_F(ComediBoard, AStreamThatEndsIsStartedAgain) {
-  stand_in.set_inputs_v({1.0});
-  const auto board = make();
-  ASSERT_FALSE(board->engage(BoardUse::kInputs));
-  ASSERT_TRUE(sees(*board, 1.0));
+  const auto board = reading_1_v();
   stand_in.set_busy(true);  // at first in vain
   stand_in.end_stream();
   std::array<Scan, 64> scans;
@@ -177,10 +180,7 @@ TEST_F(ComediBoard, AStreamThatEndsIsStartedAgain) {
 }
 
 TEST_F(ComediBoard, AStreamThatFallsSilentIsStartedAgain) {
-  stand_in.set_inputs_v({1.0});
-  const auto board = make();
-  ASSERT_FALSE(board->engage(BoardUse::kInputs));
-  ASSERT_TRUE(sees(*board, 1.0));
+  const auto board = reading_1_v();
   stand_in.mute_stream(true);
   std::array<Scan, 64> scans;
   ASSERT_TRUE(eventually([&] { return !board->read_scans(scans).running; }));
@@ -189,10 +189,7 @@ TEST_F(ComediBoard, AStreamThatFallsSilentIsStartedAgain) {
 }
 
 TEST_F(ComediBoard, ABoardThatWasPulledOutMayComeBack) {
-  stand_in.set_inputs_v({1.0});
-  const auto board = make();
-  ASSERT_FALSE(board->engage(BoardUse::kInputs));
-  ASSERT_TRUE(sees(*board, 1.0));
+  const auto board = reading_1_v();
   ASSERT_EQ(std::remove(config.comedi.device.c_str()), 0);
   stand_in.end_stream();
   std::array<Scan, 64> scans;

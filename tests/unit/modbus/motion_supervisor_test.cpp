@@ -37,6 +37,13 @@ class Supervised : public testing::Test {
     }
     return stop;
   }
+  /// Readings of a table that turns there from 0 with 60 deg/s, beginning now.
+  auto turning_to(double end_deg) const {
+    return [end_deg, began = now](double t) {
+      const double position = std::min(end_deg, 60.0 * (t - began));
+      return at(position, position < end_deg, position >= end_deg);
+    };
+  }
   MotionEnd end() const { return supervisor.report().end; }
 
   SupervisionSettings settings;
@@ -53,11 +60,7 @@ TEST(Trapezoid, HasItsClosedForm) {
 
 TEST_F(Supervised, ArrivesWhenTheDriveSaysSoAndItsPositionToo) {
   supervisor.begin_move(now, 0.0, 90.0, kLimits);
-  const double began = now;
-  const bool stop = run(5.0, [&](double t) {
-    const double position = std::min(90.0, 60.0 * (t - began));
-    return at(position, position < 90.0, position >= 90.0);
-  });
+  const bool stop = run(5.0, turning_to(90.0));
   EXPECT_FALSE(stop);
   EXPECT_EQ(end(), MotionEnd::kArrived);
   EXPECT_EQ(supervisor.report().completion, 1.0);
@@ -67,14 +70,10 @@ TEST_F(Supervised, ArrivesWhenTheDriveSaysSoAndItsPositionToo) {
 
 TEST_F(Supervised, TheLastMotionsFlagIsNotTakenForThisOnes) {
   supervisor.begin_move(now, 0.0, 90.0, kLimits);
-  const double began = now;
   // "In position" stands for a while after the order.
   run(0.3, [](double) { return at(0.0, false, true); });
   EXPECT_EQ(end(), MotionEnd::kUnderWay);
-  run(5.0, [&](double t) {
-    const double position = std::min(90.0, 60.0 * (t - began));
-    return at(position, position < 90.0, position >= 90.0);
-  });
+  run(5.0, turning_to(90.0));
   EXPECT_EQ(end(), MotionEnd::kArrived);
 }
 
@@ -108,11 +107,7 @@ TEST_F(Supervised, ASlowMotionIsNoStall) {
 
 TEST_F(Supervised, MissesWhenTheDriveSaysItArrivedElsewhere) {
   supervisor.begin_move(now, 0.0, 90.0, kLimits);
-  const double began = now;
-  run(10.0, [&](double t) {
-    const double position = std::min(80.0, 60.0 * (t - began));
-    return at(position, position < 80.0, position >= 80.0);
-  });
+  run(10.0, turning_to(80.0));
   EXPECT_EQ(end(), MotionEnd::kMissed);
 }
 

@@ -180,21 +180,6 @@ TEST_F(TelemetryHubTest, WhatIsEncodedIsKeptForThoseWhoKeepUp) {
   EXPECT_EQ(encoded, 4) << "no longer kept";
 }
 
-TEST_F(TelemetryHubTest, DroppedSamplesAreCountedInTheSubscribersOwnMeasure) {
-  SubscriptionOptions options;
-  options.decimation = 10;
-  options.queue_samples = 100;
-  options.batch_size = 100;
-  const auto subscription = hub_.subscribe(options);
-  for (int round = 0; round < 10; ++round) {
-    pass(200);
-  }
-  Subscription::Batch batch;
-  ASSERT_TRUE(subscription->take(batch, now_));
-  EXPECT_EQ(batch.dropped_by_subscriber, 100U);
-  EXPECT_EQ(ticks(batch).front(), 1000U);
-}
-
 class SmallRing : public TelemetryHubTest {
  protected:
   SmallRing() : TelemetryHubTest(64) {}

@@ -47,10 +47,7 @@ TEST(LoadWatch, AJumpOfAnySizeAndAxisIsNoLoadForLongAndIsTakenOver) {
 
 TEST(LoadWatch, AKnockOnWhatIsHeldTakesNothingAway) {
   for (const double knock_n : {-1.0, 0.3, 1.0, 3.0}) {
-    WatchedTool tool;
-    tool.settle();
-    tool.rest();
-    tool.press();
+    WatchedTool tool = test::pressed_tool();
     tool.load_n.z += knock_n;
     for (int i = 0; i < 100; ++i) {
       tool.tick();
@@ -69,10 +66,7 @@ TEST(LoadWatch, AKnockOnWhatIsHeldTakesNothingAway) {
 TEST(LoadWatch, AnObjectThatIsMovedUnderThePressIsNoJumpOnceTheToolIsThrown) {
   constexpr double kMmPerS2 = 40e3;
   for (const bool is_read : {true, false}) {
-    WatchedTool tool;
-    tool.settle();
-    tool.rest();
-    tool.press();
+    WatchedTool tool = test::pressed_tool();
     tool.load_n.z -= 0.4;
     tool.run(0.2);
     for (int i = 1; i <= 20; ++i) {
@@ -92,10 +86,7 @@ TEST(LoadWatch, AnObjectThatIsMovedUnderThePressIsNoJumpOnceTheToolIsThrown) {
 TEST(LoadWatch, AJumpUnderAPressCountsOnceTheObjectIsLeft) {
   for (const double jump_n : {0.2, 0.5, -0.5, 2.0}) {
     for (const double mm_per_s : {1.0, 2.0, 20.0, 100.0}) {
-      WatchedTool tool;
-      tool.settle();
-      tool.rest();
-      tool.press();
+      WatchedTool tool = test::pressed_tool();
       tool.zero_n.z = jump_n;
       tool.run(0.1);
       EXPECT_EQ(tool.watch.jump_count(), 0U) << jump_n;
@@ -118,9 +109,7 @@ TEST(LoadWatch, AJumpUnderAPressCountsOnceTheObjectIsLeft) {
 
 TEST(LoadWatch, ALateTickHidesNoJumpUnderAPress) {
   for (int after = 0; after < 47; after += 3) {  // where the late tick falls
-    WatchedTool tool;
-    tool.settle();
-    tool.rest();
+    WatchedTool tool = test::tool_at_rest();
     tool.late_s = 0.3e-3;
     tool.press();
     tool.run(0.1 + 1e-3 * after);
@@ -139,9 +128,7 @@ TEST(LoadWatch, ALateTickHidesNoJumpUnderAPress) {
 // When a stiff object is struck, the reading steps as it does when the zero jumps. How it grows afterwards
 // shows which of them it was, but the zero stays wrong by the step until free air shows it.
 TEST(LoadWatch, TheZeroBeforeAJumpStaysNothingUntilTheNewOneIsProven) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
+  WatchedTool tool = test::tool_at_rest();
   tool.load_n.z = 0.3;
   tool.run(0.03);
   ASSERT_EQ(tool.watch.jump_count(), 1U);
@@ -268,9 +255,7 @@ TEST(LoadWatch, AKnockIsNoDoubt) {
 
 TEST(LoadWatch, WhatWasBiasedAwayUnderAPressIsTakenOverOnceItIsSeenInFreeAir) {
   for (const double press_n : {0.1, 0.4, 1.0, 3.0}) {
-    WatchedTool tool;
-    tool.settle();
-    tool.rest();
+    WatchedTool tool = test::tool_at_rest();
     tool.load_n = {0.0, 0.0, press_n};
     tool.run(0.5);
     ++tool.sample.bias_serial;
@@ -294,9 +279,7 @@ TEST(LoadWatch, WhatWasBiasedAwayUnderAPressIsTakenOverOnceItIsSeenInFreeAir) {
 }
 
 TEST(LoadWatch, ALoadThatVanishesIsNoJump) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
+  WatchedTool tool = test::tool_at_rest();
   for (int i = 0; i < 200; ++i) {
     tool.offset_mm.z -= 0.05;
     tool.load_n.z = 0.01 * i;
@@ -310,10 +293,7 @@ TEST(LoadWatch, ALoadThatVanishesIsNoJump) {
 }
 
 TEST(LoadWatch, AStepAcrossALoadThatChangesIsNotedAsWell) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
-  tool.press();
+  WatchedTool tool = test::pressed_tool();
   for (int i = 0; i < 300; ++i) {  // it lets go by 25 N/s
     tool.offset_mm.z += 0.02;
     tool.load_n.z = std::max(0.0, tool.load_n.z - 0.025);

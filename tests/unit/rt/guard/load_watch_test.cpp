@@ -56,9 +56,7 @@ TEST(LoadWatch, WavedInFreeAirItShowsNoLoad) {
 }
 
 TEST(LoadWatch, TheToolsWeightIsNoLoadInAnyOrientation) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
+  WatchedTool tool = test::tool_at_rest();
   for (int i = 0; i < 6000; ++i) {
     const double half = 0.5 * 3.0 * 1e-3 * i / 6.0;
     tool.sample.tip_orientation = {std::cos(half), std::sin(half), 0.0, 0.0};
@@ -102,9 +100,7 @@ void meet(WatchedTool& tool, double n_per_mm, double mm_per_s, double depth_mm) 
 TEST(LoadWatch, AnObjectIsALoadHowSoftOrHardAndFastItIsMet) {
   for (const double n_per_mm : {0.05, 0.3, 2.0, 10.0}) {
     for (const double mm_per_s : {5.0, 50.0, 300.0}) {
-      WatchedTool tool;
-      tool.settle();
-      tool.rest();
+      WatchedTool tool = test::tool_at_rest();
       tool.run(0.2);
       meet(tool, n_per_mm, mm_per_s, std::min(10.0, 4.0 / n_per_mm));
     }
@@ -115,10 +111,7 @@ TEST(LoadWatch, AnObjectIsALoadHowSoftOrHardAndFastItIsMet) {
 /// inertia alone. `exchanged`: meanwhile the scene is exchanged for one that says something else of the same
 /// tool.
 bool is_load_seen_when_pulled_off(bool exchanged) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
-  tool.press();
+  WatchedTool tool = test::pressed_tool();
   for (int i = 1; i <= 20; ++i) {
     tool.offset_mm.z += 0.1;
     tool.load_n.z = 2.0 - 0.1 * i;
@@ -145,10 +138,7 @@ TEST(LoadWatch, AnotherSceneWithTheSameToolForgetsNothing) {
 /// Way into a spring of 0.3 N/mm until the load counts, mm. `shaken`: while an object was held before, some
 /// seconds ago, the tip was moved back and forth faster than any hand can.
 double way_until_load_mm(bool shaken) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
-  tool.press();
+  WatchedTool tool = test::pressed_tool();
   for (int i = 0; shaken && i < 20; ++i) {
     tool.offset_mm.x = i % 2 == 0 ? 20.0 : 0.0;
     tool.tick();
@@ -188,9 +178,7 @@ void press_what_bears_little(WatchedTool& tool) {
 }
 
 TEST(LoadWatch, WhatIsLeftOfALoadIsHeldWhileTheTipRests) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
+  WatchedTool tool = test::tool_at_rest();
   tool.run(0.2);
   press_what_bears_little(tool);
   // Gone, but for a zero that drifted meanwhile.
@@ -200,9 +188,7 @@ TEST(LoadWatch, WhatIsLeftOfALoadIsHeldWhileTheTipRests) {
 }
 
 TEST(LoadWatch, WhatIsLeftOfALoadIsNoneOnceTheTipHasLeft) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
+  WatchedTool tool = test::tool_at_rest();
   tool.run(0.2);
   press_what_bears_little(tool);
   for (int i = 0; i < 30; ++i) {
@@ -213,9 +199,7 @@ TEST(LoadWatch, WhatIsLeftOfALoadIsNoneOnceTheTipHasLeft) {
 }
 
 TEST(LoadWatch, AZeroThatDriftsIsFollowed) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
+  WatchedTool tool = test::tool_at_rest();
   for (int i = 0; i < 60'000; ++i) {
     tool.zero_n = {5e-6 * i, -5e-6 * i, 2e-6 * i};
     tool.tick();
@@ -252,9 +236,7 @@ TEST(LoadWatch, AnArmThatSwingsShowsNoLoadAndAnObjectThatIsMetMeanwhileDoes) {
 }
 
 TEST(LoadWatch, WhatWasIsNoLoadOnceTheReadingPointsElsewhere) {
-  WatchedTool tool;
-  tool.settle();
-  tool.rest();
+  WatchedTool tool = test::tool_at_rest();
   for (int i = 0; i < 200; ++i) {
     tool.offset_mm.z -= 0.01;
     tool.load_n.z = 0.01 * i;

@@ -106,4 +106,18 @@ class WatchedTool {
   std::normal_distribution<double> normal_;
 };
 
+/// A tool at rest in free air, its zero proven.
+inline WatchedTool tool_at_rest() {
+  WatchedTool tool;
+  tool.settle();
+  tool.rest();
+  return tool;
+}
+/// A tool that was at rest, pressed.
+inline WatchedTool pressed_tool() {
+  WatchedTool tool = tool_at_rest();
+  tool.press();
+  return tool;
+}
+
 }  // namespace hapticd::test
