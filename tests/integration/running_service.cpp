@@ -76,6 +76,10 @@ server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> statio
   return config;
 }
 
+bool is_latched(const v1::RigState& state) {
+  return state.guard_state() == v1::GUARD_STATE_LATCHED;
+}
+
 ServiceClient::ServiceClient(std::shared_ptr<grpc::Channel> connection)
     : channel(std::move(connection)),
       rig(v1::RigService::NewStub(channel)),
@@ -122,6 +126,28 @@ grpc::Status ServiceClient::clear() const {
   return safety->Clear(call_context().get(), {}, &unused);
 }
 
+void ServiceClient::set_hand(v1::HandProgramKind kind,
+                             const std::function<void(v1::HandProgram&)>& rest) const {
+  v1::SetHandProgramRequest request;
+  request.mutable_program()->set_kind(kind);
+  if (rest) rest(*request.mutable_program());
+  answer_of(*simulation, &v1::SimulationService::Stub::SetHandProgram, request);
+}
+
+void ServiceClient::watch(v1::SubscribeRequest request,
+                          const std::function<bool(const v1::TelemetrySample&)>& sample) const {
+  const auto context = call_context();
+  const auto reader = telemetry->Subscribe(context.get(), request);
+  v1::TelemetryBatch batch;
+  for (bool more = true; more && reader->Read(&batch);) {
+    for (auto each = batch.samples().begin(); more && each != batch.samples().end(); ++each) {
+      more = sample(*each);
+    }
+  }
+  context->TryCancel();
+  reader->Finish();
+}
+
 v1::RigState ServiceClient::await(const Condition& condition) const {
   const auto until = std::chrono::steady_clock::now() + kTimeout;
   for (;;) {
@@ -159,15 +185,13 @@ RunningService::RunningService(std::unique_ptr<server::Daemon> running)
 
 v1::RigState RunningService::press(double force_n, const Condition& pressed) const {
   constexpr std::chrono::seconds kPressTimeout{5};
-  v1::SetHandProgramRequest request;
-  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
-  request.mutable_program()->set_force_n(force_n);
-  request.mutable_program()->set_hold_s(-1.0);
   const auto until = std::chrono::steady_clock::now() + kTimeout;
   v1::RigState now;
   while (std::chrono::steady_clock::now() < until) {
-    v1::SetHandProgramResponse response;
-    EXPECT_TRUE(ok(simulation->SetHandProgram(call_context().get(), request, &response)));
+    set_hand(v1::HAND_PROGRAM_KIND_PRESS, [&](v1::HandProgram& program) {
+      program.set_force_n(force_n);
+      program.set_hold_s(-1.0);
+    });
     const auto again = std::chrono::steady_clock::now() + kPressTimeout;
     while (std::chrono::steady_clock::now() < again) {
       now = state();

@@ -70,6 +70,17 @@ server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> statio
 
 using Condition = std::function<bool(const v1::RigState&)>;
 
+/// Whether the guard has cut the force.
+bool is_latched(const v1::RigState& state);
+
+/// Reads a stream to its end, into `last`.
+template <class Message>
+grpc::Status read_all(grpc::ClientReader<Message>& reader, Message& last) {
+  while (reader.Read(&last)) {
+  }
+  return reader.Finish();
+}
+
 /// A client's view of a daemon.
 class ServiceClient {
  public:
@@ -82,6 +93,11 @@ class ServiceClient {
                           v1::SetTargetResponse* response = nullptr) const;
   grpc::Status stop(const v1::StopRequest& request = {}) const;
   grpc::Status clear() const;
+  /// Gives the simulated hand a program of this kind; `rest` fills in what else it has.
+  void set_hand(v1::HandProgramKind kind, const std::function<void(v1::HandProgram&)>& rest = {}) const;
+  /// Reads telemetry until `sample` returns false.
+  void watch(v1::SubscribeRequest request,
+             const std::function<bool(const v1::TelemetrySample&)>& sample) const;
   /// Looks at the rig's state until `condition` holds; fails the test when it never does.
   v1::RigState await(const Condition& condition) const;
 

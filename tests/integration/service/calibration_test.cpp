@@ -154,18 +154,6 @@ TEST(ServiceCalibration, CalibratesTheSimulatedRigByItsTracker) {
   EXPECT_EQ(progress.state(), v1::CALIBRATION_STATE_STORED) << progress.problem().what();
 }
 
-TEST(ServiceCalibration, NamesAWrongUnit) {
-  const Calibrating service;
-  const auto trial = study::record_trial(
-      {.seed = 22, .calibration_s = 30.0, .held_out_s = 1.0, .conditions = {{"tracker_unit_scale", 0.001}}});
-  ASSERT_TRUE(service.start(recorded(v1::CALIBRATION_KIND_REGISTRATION)).ok());
-  ASSERT_TRUE(service.push(pieces_of(trial)).ok());
-  const v1::CalibrationProgress progress = service.finish();
-  EXPECT_EQ(progress.state(), v1::CALIBRATION_STATE_FAILED);
-  EXPECT_EQ(progress.problem().what(), "the poses are in metres");
-  EXPECT_TRUE(progress.stored().empty());
-}
-
 TEST(ServiceCalibration, RefusesWhatItCannotUse) {
   const Calibrating service;
   EXPECT_EQ(service.start({}).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
@@ -209,9 +197,7 @@ class CalibratingUnderALease : public testing::Test {
     }
     EXPECT_TRUE(taker_.take().ok());
     stored_when_taken_ = stored();
-    while (stream->Read(&progress)) {
-    }
-    EXPECT_TRUE(ok(stream->Finish())) << "the calibration goes on";
+    EXPECT_TRUE(ok(read_all(*stream, progress))) << "the calibration goes on";
     return progress;
   }
   int stored() const {

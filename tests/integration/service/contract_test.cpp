@@ -11,7 +11,6 @@
 #include "rt/record/tick_record.h"
 #include "server/grpc/messages/status.h"
 #include "tests/integration/error_detail.h"
-#include "tests/integration/running_service.h"
 
 namespace hapticd::test {
 namespace {
@@ -60,16 +59,6 @@ TEST(Contract, EveryKindOfRefusalHasAReasonOfItsOwn) {
   }
   EXPECT_EQ(static_cast<int>(reasons.size()) + 1, v1::ErrorReason_descriptor()->value_count())
       << "a reason that no refusal has";
-}
-
-TEST(Contract, AProgramCanBranchOnTheReason) {
-  const RunningService service;
-  v1::SetTargetRequest request;
-  request.set_stiffness_n_per_mm(0.5);
-  EXPECT_EQ(detail_of(service.set_target(request)).reason(), v1::ERROR_REASON_NO_SCENE);
-  EXPECT_EQ(detail_of(service.load("no_such_scene")).reason(), v1::ERROR_REASON_NOT_FOUND);
-  EXPECT_EQ(detail_of(service.load_toml("name = \"a\"\nstifness = 1.0\n")).reason(),
-            v1::ERROR_REASON_UNKNOWN_KEY);
 }
 
 }  // namespace

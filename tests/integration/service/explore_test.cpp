@@ -52,17 +52,12 @@ TEST(ServiceExplore, AMissingModelIsRefusedByNameAndNothingChanges) {
       service.load_toml(kRodWithoutModel),
       {grpc::StatusCode::FAILED_PRECONDITION, kMissing, "scene 'mine'", "object_model = \"foam_bal_3d\"",
        "foam_ball_3d, rubber_ball_3d, silicone_rest, sponge_cut", "did you mean 'foam_ball_3d'?"});
-  v1::SubscribeRequest request;
-  const auto context = call_context();
-  const auto reader = service.telemetry->Subscribe(context.get(), request);
-  v1::TelemetryBatch batch;
-  ASSERT_TRUE(reader->Read(&batch));
-  const v1::TelemetrySample& sample = batch.samples(batch.samples_size() - 1);
-  EXPECT_EQ(sample.scene_generation(), 1U) << "no scene was exchanged";
-  EXPECT_TRUE(sample.has_contact());
+  service.watch({}, [](const v1::TelemetrySample& sample) {
+    EXPECT_EQ(sample.scene_generation(), 1U) << "no scene was exchanged";
+    EXPECT_TRUE(sample.has_contact());
+    return false;
+  });
   EXPECT_EQ(service.state().scene(), "tap_1d");
-  context->TryCancel();
-  reader->Finish();
 }
 
 TEST(ServiceExplore, AModelThatLacksAPartIsRefusedByThatPart) {
@@ -145,13 +140,6 @@ TEST(ServiceExplore, AnotherModelMayTakeThePlaceOfTheScenesOwn) {
   EXPECT_EQ(service.state().scene(), "explore_rod");
 }
 
-TEST(ServiceExplore, ASceneThatNeedsNoModelAsksForNone) {
-  const RunningService service;
-  EXPECT_TRUE(
-      ok(service.load_toml("name = \"mine\"\nkind = \"explore\"\n[tool]\ntip = \"ball_bearing\"\n"
-                           "[displacement]\nestimator = \"recursive\"\n[passivity]\ncontrol = false\n")));
-}
-
 TEST(ServiceExplore, AStrokeIsRenderedAndItsTelemetryHasDirectionFusionAndPassivity) {
   server::DaemonConfig config = quiet_config();
   config.simulation.real_time = false;
@@ -159,44 +147,37 @@ TEST(ServiceExplore, AStrokeIsRenderedAndItsTelemetryHasDirectionFusionAndPassiv
   config.simulation.tool_mass_g = 12.59;
   config.scene = "explore_rod";
   const RunningService service(config);
-  v1::SetHandProgramRequest stroke;
-  stroke.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_STROKE);
-  stroke.mutable_program()->set_force_n(1.5);
-  stroke.mutable_program()->set_speed_mm_per_s(60.0);
-  stroke.mutable_program()->set_stroke_length_mm(20.0);
-  stroke.mutable_program()->set_repetitions(-1);
-  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, stroke);
+  service.set_hand(v1::HAND_PROGRAM_KIND_STROKE, [](v1::HandProgram& stroke) {
+    stroke.set_force_n(1.5);
+    stroke.set_speed_mm_per_s(60.0);
+    stroke.set_stroke_length_mm(20.0);
+    stroke.set_repetitions(-1);
+  });
 
   v1::SubscribeRequest request;
   request.set_decimation(5);
-  const auto context = call_context();
-  const auto reader = service.telemetry->Subscribe(context.get(), request);
-  v1::TelemetryBatch batch;
   int in_contact = 0;
   int sliding = 0;
   int aligned = 0;
   int pushed = 0;
-  while (in_contact < 1000 && reader->Read(&batch)) {
-    for (const v1::TelemetrySample& sample : batch.samples()) {
-      ASSERT_TRUE(sample.has_direction() && sample.has_fusion() && sample.has_passivity());
-      ASSERT_EQ(sample.guard().state(), v1::GUARD_STATE_RENDERING);
-      if (!sample.contact().in_contact()) {
-        EXPECT_EQ(norm(sample.direction().normal()), 0.0) << "there is none";
-        continue;
-      }
-      ++in_contact;
-      EXPECT_NEAR(norm(sample.direction().normal()), 1.0, 1e-9);
-      EXPECT_GT(sample.fusion().displacement_deviation_mm(), 0.0);
-      EXPECT_TRUE(std::isfinite(sample.fusion().law_displacement_mm()));
-      EXPECT_TRUE(std::isfinite(sample.passivity().hand_energy_mj()));
-      if (sample.direction().sliding_mm_per_s() > 10.0) ++sliding;
-      if (norm(sample.guard().device_command_n()) > 0.05) ++pushed;
-      if (dot(sample.direction().normal(), sample.truth().normal()) > 0.8) ++aligned;
-      EXPECT_NEAR(norm(sample.truth().normal()), 1.0, 1e-6);
+  service.watch(request, [&](const v1::TelemetrySample& sample) {
+    EXPECT_TRUE(sample.has_direction() && sample.has_fusion() && sample.has_passivity());
+    EXPECT_EQ(sample.guard().state(), v1::GUARD_STATE_RENDERING);
+    if (!sample.contact().in_contact()) {
+      EXPECT_EQ(norm(sample.direction().normal()), 0.0) << "there is none";
+      return true;
     }
-  }
-  context->TryCancel();
-  reader->Finish();
+    ++in_contact;
+    EXPECT_NEAR(norm(sample.direction().normal()), 1.0, 1e-9);
+    EXPECT_GT(sample.fusion().displacement_deviation_mm(), 0.0);
+    EXPECT_TRUE(std::isfinite(sample.fusion().law_displacement_mm()));
+    EXPECT_TRUE(std::isfinite(sample.passivity().hand_energy_mj()));
+    if (sample.direction().sliding_mm_per_s() > 10.0) ++sliding;
+    if (norm(sample.guard().device_command_n()) > 0.05) ++pushed;
+    if (dot(sample.direction().normal(), sample.truth().normal()) > 0.8) ++aligned;
+    EXPECT_NEAR(norm(sample.truth().normal()), 1.0, 1e-6);
+    return in_contact < 1000;
+  });
   EXPECT_GE(in_contact, 1000);
   EXPECT_GT(sliding, 100);
   EXPECT_GT(pushed, 500);

@@ -19,22 +19,11 @@ class ServiceGuide : public testing::Test {
       : guide(v1::GuideService::NewStub(service.channel)),
         presentation(v1::PresentationService::NewStub(service.channel)) {}
 
-  void let_the_hand_follow() {
-    v1::SetHandProgramRequest request;
-    request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_FOLLOW);
-    v1::SetHandProgramResponse response;
-    const auto status = service.simulation->SetHandProgram(call_context().get(), request, &response);
-    ASSERT_TRUE(status.ok()) << status.error_message();
-  }
   /// Moves to the end.
   grpc::Status move(const v1::MoveToolRequest& request, v1::GuideStatus* last = nullptr) {
-    auto context = call_context(std::chrono::seconds(60));
-    auto reader = guide->MoveTool(context.get(), request);
-    v1::GuideStatus status;
-    while (reader->Read(&status)) {
-    }
-    if (last != nullptr) *last = status;
-    return reader->Finish();
+    const auto context = call_context();
+    v1::GuideStatus unused;
+    return read_all(*guide->MoveTool(context.get(), request), last != nullptr ? *last : unused);
   }
   static v1::MoveToolRequest to(double x_mm, double y_mm, double z_mm) {
     v1::MoveToolRequest request;
@@ -52,17 +41,15 @@ class ServiceGuide : public testing::Test {
 
 TEST_F(ServiceGuide, LeadsTheToolToAPointAndThenToAnObject) {
   service.load("press_guided");
-  let_the_hand_follow();
+  service.set_hand(v1::HAND_PROGRAM_KIND_FOLLOW);
   v1::GuideStatus last;
-  grpc::Status status = move(to(0.0, 0.0, 20.0), &last);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(move(to(0.0, 0.0, 20.0), &last)));
   EXPECT_EQ(last.state(), v1::GUIDE_STATE_ARRIVED);
   EXPECT_NEAR(last.position_mm().z(), 20.0, 1.5);
 
   v1::MoveToolRequest down;
   down.set_until_contact_mm(50.0);
-  status = move(down, &last);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(move(down, &last)));
   EXPECT_EQ(last.state(), v1::GUIDE_STATE_CONTACT);
   EXPECT_EQ(last.number(), 2U);
   EXPECT_NEAR(last.position_mm().z(), 0.0, 2.0);
@@ -95,7 +82,7 @@ TEST_F(ServiceGuide, RefusesWhatIsNoMotionAndSaysWhy) {
 }
 
 TEST_F(ServiceGuide, AMotionEndsWithItsClientAndWithAStop) {
-  let_the_hand_follow();
+  service.set_hand(v1::HAND_PROGRAM_KIND_FOLLOW);
   v1::MoveToolRequest slow = to(0.0, 0.0, 60.0);
   slow.set_max_speed_mm_per_s(5.0);
   v1::GuideStatus status;
@@ -118,11 +105,8 @@ TEST_F(ServiceGuide, AMotionEndsWithItsClientAndWithAStop) {
     if (begun) {
       EXPECT_EQ(status.number(), 2U);
       service.stop();
-      while (reader->Read(&status)) {
-      }
-      EXPECT_EQ(status.state(), v1::GUIDE_STATE_FORCE_CUT);
     }
-    const grpc::Status end = reader->Finish();
+    const grpc::Status end = read_all(*reader, status);
     EXPECT_EQ(end.error_code(), begun ? grpc::StatusCode::ABORTED : grpc::StatusCode::FAILED_PRECONDITION);
   }
   EXPECT_EQ(status.state(), v1::GUIDE_STATE_FORCE_CUT);
@@ -139,20 +123,16 @@ TEST_F(ServiceGuide, APressIsJudged) {
   service.load("press_guided");
   status = presentation->EndPresentation(call_context().get(), {}, &summary);
   EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_NOT_IN_THIS_SCENE) << status.error_message();
-  status = presentation->BeginPresentation(call_context().get(), {}, &begun);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(presentation->BeginPresentation(call_context().get(), {}, &begun)));
   EXPECT_EQ(begun.number(), 1U);
-  status = presentation->EndPresentation(call_context().get(), {}, &summary);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(presentation->EndPresentation(call_context().get(), {}, &summary)));
   EXPECT_EQ(summary.number(), 1U);
   ASSERT_EQ(summary.flaws_size(), 1);
   EXPECT_EQ(summary.flaws(0), v1::PRESENTATION_FLAW_NO_CONTACT);
 
-  status = presentation->BeginPresentation(call_context().get(), {}, &begun);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(presentation->BeginPresentation(call_context().get(), {}, &begun)));
   service.press(2.0, [](const v1::RigState& state) { return state.displacement_mm() > 3.0; });
-  status = presentation->EndPresentation(call_context().get(), {}, &summary);
-  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_TRUE(ok(presentation->EndPresentation(call_context().get(), {}, &summary)));
   // A machine that stalls loses ticks; nothing else is wrong.
   for (const int flaw : summary.flaws()) EXPECT_EQ(flaw, v1::PRESENTATION_FLAW_TICKS_LOST);
   EXPECT_GE(summary.contacts(), 1U);

@@ -28,13 +28,23 @@ TEST(ServiceRig, TellsWhatEveryFaultDoes) {
       << "all but UNSPECIFIED and NONE";
 }
 
+/// What the doctor finds, and only of this topic if there is one.
+std::vector<v1::Finding> findings(const RunningService& service, const std::string& topic = {},
+                                  bool probe = false) {
+  v1::DiagnoseRequest request;
+  request.set_probe(probe);
+  std::vector<v1::Finding> found;
+  for (const v1::Finding& finding :
+       answer_of(*service.rig, &v1::RigService::Stub::Diagnose, request).findings()) {
+    if (topic.empty() || finding.topic() == topic) found.push_back(finding);
+  }
+  return found;
+}
+
 TEST(ServiceRig, IsLookedOverByTheDoctor) {
   const RunningService service;
-  v1::DiagnoseRequest request;
-  request.set_probe(true);
-  const v1::Diagnosis diagnosis = answer_of(*service.rig, &v1::RigService::Stub::Diagnose, request);
   std::set<std::string> topics;
-  for (const v1::Finding& finding : diagnosis.findings()) {
+  for (const v1::Finding& finding : findings(service, {}, true)) {
     topics.insert(finding.topic());
     EXPECT_FALSE(finding.text().empty());
     EXPECT_NE(finding.severity(), v1::FINDING_SEVERITY_UNSPECIFIED);
@@ -47,17 +57,9 @@ TEST(ServiceRig, IsLookedOverByTheDoctor) {
 
 TEST(ServiceRig, TheDoctorSaysThatTheGuardIsLatched) {
   const RunningService service;
-  const auto of_guard = [&service] {
-    const v1::Diagnosis diagnosis = answer_of(*service.rig, &v1::RigService::Stub::Diagnose);
-    std::vector<v1::Finding> found;
-    for (const v1::Finding& finding : diagnosis.findings()) {
-      if (finding.topic() == "guard") found.push_back(finding);
-    }
-    return found;
-  };
-  EXPECT_TRUE(of_guard().empty());
-  const v1::StopResponse stopped = answer_of(*service.safety, &v1::SafetyService::Stub::Stop);
-  const auto found = of_guard();
+  EXPECT_TRUE(findings(service, "guard").empty());
+  answer_of(*service.safety, &v1::SafetyService::Stub::Stop);
+  const auto found = findings(service, "guard");
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].severity(), v1::FINDING_SEVERITY_WARNING);
   EXPECT_NE(found[0].text().find("latched, stopped"), std::string::npos) << found[0].text();
@@ -90,10 +92,7 @@ TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {
 
 TEST(ServiceRig, IsNotBiasedWhileAHandMovesTheTool) {
   const RunningService service;
-  v1::SetHandProgramRequest request;
-  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_TAP);
-  request.mutable_program()->set_repetitions(0);
-  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, request);
+  service.set_hand(v1::HAND_PROGRAM_KIND_TAP, [](v1::HandProgram& tap) { tap.set_repetitions(0); });
   v1::BiasForceSensorResponse biased;
   const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
@@ -149,12 +148,11 @@ TEST(ServiceRig, TheDoctorLooksAtTheForceOfTheLoadedScene) {
   ASSERT_TRUE(service.load("tap_1d").ok());
   service.press(2.0,
                 [](const v1::RigState& now) { return now.in_contact() && now.reaction_force_n() > 1.0; });
-  const v1::Diagnosis diagnosis = answer_of(*service.rig, &v1::RigService::Stub::Diagnose);
-  const auto found =
-      std::find_if(diagnosis.findings().begin(), diagnosis.findings().end(), [](const v1::Finding& finding) {
-        return finding.text().find("its force follows the press axis") != std::string::npos;
-      });
-  ASSERT_NE(found, diagnosis.findings().end()) << diagnosis.DebugString();
+  const auto all = findings(service);
+  const auto found = std::find_if(all.begin(), all.end(), [](const v1::Finding& finding) {
+    return finding.text().find("its force follows the press axis") != std::string::npos;
+  });
+  ASSERT_NE(found, all.end());
   EXPECT_EQ(found->severity(), v1::FINDING_SEVERITY_GOOD);
 }
 
@@ -186,22 +184,18 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   EXPECT_EQ(service.state().scene(), "tap_1d") << "nothing changed";
 
   const auto turntable = v1::TurntableService::NewStub(service.channel);
-  v1::MoveToRequest request;
-  request.set_station("rubber");
-  const auto context = call_context();
-  const auto motion = turntable->MoveTo(context.get(), request);
-  for (v1::TurntableStatus progress; motion->Read(&progress);) {
-  }
-  ASSERT_TRUE(ok(motion->Finish()));
+  const auto move_to = [&turntable](const char* station) {
+    v1::MoveToRequest request;
+    request.set_station(station);
+    const auto context = call_context();
+    v1::TurntableStatus last;
+    return read_all(*turntable->MoveTo(context.get(), request), last);
+  };
+  ASSERT_TRUE(ok(move_to("rubber")));
   EXPECT_TRUE(ok(service.load_toml(kAtStation)));
   EXPECT_EQ(table_of(service), v1::PART_STATE_READY);
 
-  request.set_station("sponge");
-  const auto again = call_context();
-  const auto refused = turntable->MoveTo(again.get(), request);
-  for (v1::TurntableStatus progress; refused->Read(&progress);) {
-  }
-  expect_refused_saying(refused->Finish(), grpc::StatusCode::FAILED_PRECONDITION,
+  expect_refused_saying(move_to("sponge"), grpc::StatusCode::FAILED_PRECONDITION,
                         "the loaded scene needs the table where it is");
 }
 

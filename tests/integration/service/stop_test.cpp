@@ -12,10 +12,6 @@ namespace {
 
 constexpr const char* kStop = "/hapticd.v1.SafetyService/Stop";
 
-bool is_latched(const v1::RigState& state) {
-  return state.guard_state() == v1::GUARD_STATE_LATCHED;
-}
-
 std::string with_reason(const std::string& reason) {
   std::string length;
   for (std::size_t left = reason.size();;) {
@@ -105,8 +101,9 @@ TEST(ServiceStop, StopsWhateverItsRequestHolds) {
     EXPECT_EQ(stopped.repairs_size(), request.repairs) << request.name << "\n" << stopped.DebugString();
     const std::uint64_t first = record.await_latched(resumed_at);
     EXPECT_LE(first, stopped.latched_after_tick() + 2) << request.name;
-    latched.emplace_back(first, first + 20);
-    record.await_tick(first + 20);
+    const std::uint64_t held = latched.empty() ? 200 : 20;  // ticks
+    latched.emplace_back(first, first + held);
+    record.await_tick(first + held);
     v1::ClearResponse cleared;
     ASSERT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok()) << request.name;
     resumed_at = cleared.effective_tick();
@@ -116,6 +113,7 @@ TEST(ServiceStop, StopsWhateverItsRequestHolds) {
   for (const auto& [from, to] : latched) {
     for (auto tick = ticks.lower_bound(from); tick != ticks.end() && tick->first <= to; ++tick) {
       EXPECT_EQ(dot(tick->second.force_n, tick->second.force_n), 0.0) << "tick " << tick->first;
+      EXPECT_EQ(tick->second.state, v1::GUARD_STATE_LATCHED) << "once latched it stays so";
     }
   }
   // So that zero means something: there was force before the first. After it the hand presses on, and what
