@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <optional>
 #include <random>
+#include <tuple>
 #include <vector>
 
 #include "rt/signal/vector.h"
@@ -101,6 +102,37 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
       for (std::uint32_t i = 0; i < knot_count; ++i) add({&knots[i].at_mm, &knots[i].stiffness_n_per_mm});
       break;
   }
+  return numbers;
+}
+
+/// What a file says in words and in numbers of a range of their own.
+auto words_of(const rt::SceneSpec& spec) {
+  const rt::SceneSpec& s = spec;
+  return std::make_tuple(
+      s.name, s.kind, s.description, s.tip, s.object_model, s.corrected_poses, s.structural_compensation,
+      s.contact.method, s.contact.release_time_ms, s.contact.quiet_time_ms, s.contact.arming_time_ms,
+      s.controller.law, s.explore.direction, s.explore.displacement, s.explore.law, s.explore.friction_feel,
+      s.explore.release, s.explore.passivity, s.explore.modulated, s.compensation.back_drive, s.target.kind,
+      s.target.knot_count, s.target.hunt_crossley.exponent, s.wall_ball, s.wall_map, s.fixture, s.watch);
+}
+
+/// Numbers of the parts that a scene may have or not.
+std::vector<std::optional<double>> parts_of(const rt::SceneSpec& spec) {
+  std::vector<std::optional<double>> numbers;
+  const auto add = [&numbers](std::initializer_list<std::optional<double>> more) {
+    numbers.insert(numbers.end(), more.begin(), more.end());
+  };
+  if (spec.structural_field) add({spec.structural_field->stiffness_n_per_mm});
+  for (const rt::InclusionParameters& one : spec.inclusions) {
+    add({static_cast<double>(one.variant), one.max_displacement_mm, one.approach, one.attenuation,
+         one.response.exponent});
+  }
+  if (spec.transient) {
+    const rt::TransientParameters& transient = *spec.transient;
+    add({static_cast<double>(transient.target.size()), static_cast<double>(transient.real.size()),
+         transient.target.at(0).decay_per_s, transient.max_force_n, transient.grip.grip_damping_n_s_per_mm});
+  }
+  if (spec.friction_target) add({spec.friction_target->scale, spec.friction_target->coefficient});
   return numbers;
 }
 
@@ -209,59 +241,9 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     const auto before = numbers_of(spec);
     const auto after = numbers_of(again);
     ASSERT_EQ(before.size(), after.size());
-    EXPECT_EQ(again.corrected_poses, spec.corrected_poses);
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(*before[i], *after[i]) << "number " << i;
-    ASSERT_EQ(again.structural_field.has_value(), spec.structural_field.has_value());
-    if (spec.structural_field) {
-      EXPECT_EQ(again.structural_field->stiffness_n_per_mm, spec.structural_stiffness_n_per_mm);
-    }
-    ASSERT_EQ(again.inclusions.size(), spec.inclusions.size());
-    for (std::size_t i = 0; i < spec.inclusions.size(); ++i) {
-      EXPECT_EQ(again.inclusions[i].variant, spec.inclusions[i].variant);
-      EXPECT_EQ(again.inclusions[i].max_displacement_mm, spec.inclusions[i].max_displacement_mm);
-      EXPECT_EQ(again.inclusions[i].approach, spec.inclusions[i].approach);
-      EXPECT_EQ(again.inclusions[i].attenuation, spec.inclusions[i].attenuation);
-      EXPECT_EQ(again.inclusions[i].response.exponent, spec.inclusions[i].response.exponent);
-    }
-    EXPECT_EQ(again.explore.modulated, spec.explore.modulated);
-    EXPECT_EQ(again.name, spec.name);
-    EXPECT_EQ(again.kind, spec.kind);
-    EXPECT_EQ(again.description, spec.description);
-    EXPECT_EQ(again.tip, spec.tip);
-    EXPECT_EQ(again.object_model, spec.object_model);
-    EXPECT_EQ(again.structural_compensation, spec.structural_compensation);
-    EXPECT_EQ(again.contact.method, spec.contact.method);
-    EXPECT_EQ(again.contact.release_time_ms, spec.contact.release_time_ms);
-    EXPECT_EQ(again.contact.quiet_time_ms, spec.contact.quiet_time_ms);
-    EXPECT_EQ(again.contact.arming_time_ms, spec.contact.arming_time_ms);
-    EXPECT_EQ(again.controller.law, spec.controller.law);
-    EXPECT_EQ(again.explore.direction, spec.explore.direction);
-    EXPECT_EQ(again.explore.displacement, spec.explore.displacement);
-    EXPECT_EQ(again.explore.law, spec.explore.law);
-    EXPECT_EQ(again.explore.friction_feel, spec.explore.friction_feel);
-    EXPECT_EQ(again.explore.release, spec.explore.release);
-    EXPECT_EQ(again.explore.passivity, spec.explore.passivity);
-    EXPECT_EQ(again.wall_ball, spec.wall_ball);
-    EXPECT_EQ(again.wall_map, spec.wall_map);
-    EXPECT_EQ(again.fixture, spec.fixture);
-    EXPECT_EQ(again.watch, spec.watch);
-    ASSERT_EQ(again.transient.has_value(), spec.transient.has_value());
-    if (spec.transient) {
-      ASSERT_EQ(again.transient->target.size(), spec.transient->target.size());
-      EXPECT_EQ(again.transient->real.size(), spec.transient->real.size());
-      EXPECT_EQ(again.transient->target[0].decay_per_s, spec.transient->target[0].decay_per_s);
-      EXPECT_EQ(again.transient->max_force_n, spec.transient->max_force_n);
-      EXPECT_EQ(again.transient->grip.grip_damping_n_s_per_mm, spec.transient->grip.grip_damping_n_s_per_mm);
-    }
-    ASSERT_EQ(again.friction_target.has_value(), spec.friction_target.has_value());
-    if (spec.friction_target) {
-      EXPECT_EQ(again.friction_target->scale, spec.friction_target->scale);
-      EXPECT_EQ(again.friction_target->coefficient, spec.friction_target->coefficient);
-    }
-    EXPECT_EQ(again.compensation.back_drive, spec.compensation.back_drive);
-    EXPECT_EQ(again.target.kind, spec.target.kind);
-    EXPECT_EQ(again.target.knot_count, spec.target.knot_count);
-    EXPECT_EQ(again.target.hunt_crossley.exponent, spec.target.hunt_crossley.exponent);
+    EXPECT_EQ(words_of(again), words_of(spec));
+    EXPECT_EQ(parts_of(again), parts_of(spec));
     EXPECT_EQ(write_scene(again), text);
   }
 }
@@ -356,21 +338,6 @@ TEST(SceneFile, WhatMeansNothingInAKindOfSceneIsRefused) {
           {explore + "[target]\nprofile = [[0, 1]]\n", "'target.profile'", kMisplacedKey, 4},
       },
       read_scene);
-}
-
-TEST(SceneFile, NoTextCrashesTheReader) {
-  const std::string seed = "name = \"x\"\n[target]\nstiffness_n_per_mm = 0.5\npress_axis = [0, 0, -1]\n";
-  std::mt19937 random(7);
-  for (int round = 0; round < 5000; ++round) {
-    std::string text = seed;
-    for (int change = 0; change < 4; ++change)
-      text[random() % text.size()] = static_cast<char>(random() % 256);
-    const auto scene = parse_scene(text.substr(0, random() % (text.size() + 1)), "scene text");
-    if (!scene) {
-      EXPECT_FALSE(scene.error().what.empty());
-    }
-  }
-  EXPECT_FALSE(parse_scene("x = " + std::string(100000, '['), "scene text"));
 }
 
 TEST(SceneLibrary, KnowsTheBuiltInScenes) {

@@ -2,12 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "server/config/config.h"
-#include "server/scene/scene_file.h"
 #include "server/text/toml_reader.h"
 #include "tests/support/refusals.h"
 #include "tests/support/texts.h"
-#include "tests/support/value_of.h"
 
 namespace hapticd::server {
 namespace {
@@ -120,15 +117,6 @@ TEST(TomlSyntax, SaysThatADecimalMarkIsAPoint) {
   EXPECT_EQ(remedy_of("a = 0,"), "correct the syntax");
   EXPECT_EQ(remedy_of("a = \"x\", b = 1"), "correct the syntax");
   EXPECT_EQ(remedy_of("= 1,5"), "correct the syntax");
-}
-
-// 62 kB of one dotted key used up the stack of the one who parsed it.
-TEST(TomlShape, StandsBeforeScenesAndConfigurations) {
-  using enum hal::ErrorCode;
-  const std::string deep = repeated("a.", 32171) + "a = 1\n";
-  const hal::Error refused = test::error_of(parse_scene("name = \"x\"\n" + deep, "scene text"));
-  EXPECT_EQ(refused.code, kTooLong);
-  EXPECT_EQ(test::error_of(parse_config(deep, "hapticd.toml")).code, kTooLong);
 }
 
 }  // namespace
