@@ -67,6 +67,14 @@ server::DaemonConfig config_with_certificates(const std::string& folder) {
   return config;
 }
 
+server::DaemonConfig config_that_replays(const std::string& path) {
+  server::DaemonConfig config = quiet_config();
+  config.rig = server::RigChoice::kReplay;
+  config.replay.path = path;
+  config.replay.loop = true;
+  return config;
+}
+
 server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations) {
   server::DaemonConfig config = quiet_config();
   config.turntable.kind = server::TurntableChoice::kSimulated;

@@ -64,6 +64,9 @@ server::DaemonConfig config_that_records(const std::string& folder);
 /// Configuration that also listens with the certificates of this folder.
 server::DaemonConfig config_with_certificates(const std::string& folder);
 
+/// Configuration that plays this recording again and again.
+server::DaemonConfig config_that_replays(const std::string& path);
+
 /// Configuration with a simulated turntable that knows these stations; a stall of the machine does not count
 /// as its fault.
 server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations);

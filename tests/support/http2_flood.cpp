@@ -1,7 +1,5 @@
 #include "tests/support/http2_flood.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <openssl/ssl.h>
 #include <poll.h>
 #include <signal.h>
@@ -13,6 +11,8 @@
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
+
+#include "tests/support/loopback.h"
 
 namespace hapticd::test {
 
@@ -60,14 +60,8 @@ void Http2Flood::connect_to(const std::string& address) {
     socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     is_connected = connect(socket_, reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0;
   } else {
-    const std::string plain = address.starts_with("tls:") ? address.substr(4) : address;
-    const std::size_t colon = plain.rfind(':');
-    sockaddr_in peer{};
-    peer.sin_family = AF_INET;
-    peer.sin_port = htons(static_cast<std::uint16_t>(std::stoi(plain.substr(colon + 1))));
-    inet_pton(AF_INET, plain.substr(0, colon).c_str(), &peer.sin_addr);
-    socket_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    is_connected = connect(socket_, reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0;
+    socket_ = connect_to_loopback(std::stoi(address.substr(address.rfind(':') + 1)));
+    is_connected = socket_ >= 0;
   }
   if (!is_connected) throw std::runtime_error("no one listens on " + address);
 }

@@ -59,23 +59,6 @@ TEST(AccessTable, AuditsAllThatNeedsALease) {
   }
 }
 
-TEST(AccessTable, NeedsTheLeaseForWhatChangesWhatItsHolderUses) {
-  for (const char* method :
-       {"SceneService/LoadScene", "RenderingService/SetTarget", "RecordingService/StartRecording",
-        "RecordingService/StopRecording", "IdentificationService/CancelIdentification",
-        "CalibrationService/StartCalibration", "CalibrationService/CancelCalibration",
-        "CalibrationService/AdoptCalibration", "ModelService/TagStoredModel", "ModelService/UntagStoredModel",
-        "ModelService/DeleteStoredModel"}) {
-    EXPECT_TRUE(find_access_row(method)->needs_lease) << method;
-  }
-  for (const char* method :
-       {"ModelService/ImportStoredModel", "RecordingService/Annotate", "RecordingService/MakeIncident",
-        "RecordingService/ExportRecording", "IdentificationService/UploadRecording",
-        "CalibrationService/PushReferencePoses", "LeaseService/TakeLease"}) {
-    EXPECT_FALSE(find_access_row(method)->needs_lease) << method;
-  }
-}
-
 /// The table as docs/access.md prints it.
 std::string access_table_markdown() {
   std::string text = "| call | role | lease | audit |\n|---|---|---|---|\n";

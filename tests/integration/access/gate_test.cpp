@@ -1,6 +1,5 @@
 // Rights of the clients, over the network.
 
-#include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -13,6 +12,8 @@
 #include "server/access/role_policy.h"
 #include "tests/integration/access/access_client.h"
 #include "tests/integration/error_detail.h"
+#include "tests/integration/robustness/raw_call.h"
+#include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/texts.h"
 
@@ -27,36 +28,12 @@ server::DaemonConfig config_with(Role role) {
   return config;
 }
 
-/// The status of a call with an empty request, whatever kind of call it is.
-grpc::Status call_empty(const std::shared_ptr<grpc::Channel>& channel, const std::string& method) {
-  grpc::GenericStub stub(channel);
-  const auto context = call_context();
-  grpc::CompletionQueue queue;
-  const auto stream = stub.PrepareCall(context.get(), "/hapticd.v1." + method, &queue);
-  const auto done = [&queue] {
-    void* tag = nullptr;
-    bool ok = false;
-    return queue.Next(&tag, &ok) && ok;
-  };
-  stream->StartCall(nullptr);
-  done();
-  const grpc::Slice nothing{std::string()};
-  stream->WriteLast(grpc::ByteBuffer(&nothing, 1), grpc::WriteOptions(), nullptr);
-  done();
-  grpc::ByteBuffer answer;
-  stream->Read(&answer, nullptr);
-  if (done()) context->TryCancel();  // a stream would go on
-  grpc::Status status;
-  stream->Finish(&status, nullptr);
-  done();
-  return status;
-}
-
 TEST(Gate, RefusesEveryCallThatTheRoleDoesNotHaveAndNoOther) {
   for (const Role role : {Role::kNone, Role::kObserver, Role::kOperator}) {
     const RunningService service(config_with(role));
     for (const server::AccessRow& row : server::kAccessTable) {
-      const grpc::Status status = call_empty(service.channel, std::string(row.method));
+      const grpc::Status status =
+          raw_call(service.channel, "/hapticd.v1." + std::string(row.method), "", false).status;
       const bool refused = status.error_code() == grpc::StatusCode::PERMISSION_DENIED;
       EXPECT_EQ(refused, role < row.role) << row.method << ": " << status.error_message();
       if (!refused) continue;
@@ -70,27 +47,16 @@ TEST(Gate, RefusesEveryCallThatTheRoleDoesNotHaveAndNoOther) {
   }
 }
 
-TEST(Gate, LetsAnObserverStopButNotClear) {
-  const RunningService service(config_with(Role::kObserver));
-  EXPECT_TRUE(service.stop().ok());
-  service.await([](const v1::RigState& state) { return state.guard_state() == v1::GUARD_STATE_LATCHED; });
-  EXPECT_EQ(service.clear().error_code(), grpc::StatusCode::PERMISSION_DENIED);
-}
-
 TEST(Gate, OneIdentityHasSoManyCallsAndMayAlwaysStop) {
   server::DaemonConfig config = quiet_config();
   config.access.max_calls = 16;
   const RunningService service(config);
-  using Reader = std::unique_ptr<grpc::ClientReader<v1::TelemetryBatch>>;
-  const auto subscribed = [&](std::vector<std::unique_ptr<grpc::ClientContext>>& contexts) -> Reader {
-    contexts.push_back(call_context());
-    return service.telemetry->Subscribe(contexts.back().get(), {});
-  };
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
-  std::vector<Reader> streams;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::TelemetryBatch>>> streams;
   v1::TelemetryBatch batch;
   for (int i = 0; i < 16; ++i) {
-    streams.push_back(subscribed(contexts));
+    contexts.push_back(call_context());
+    streams.push_back(service.telemetry->Subscribe(contexts.back().get(), {}));
     ASSERT_TRUE(streams.back()->Read(&batch)) << i;
   }
   v1::RigState state;
@@ -100,18 +66,13 @@ TEST(Gate, OneIdentityHasSoManyCallsAndMayAlwaysStop) {
   EXPECT_TRUE(service.stop().ok());
   contexts.front()->TryCancel();
   streams.front()->Finish();
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  grpc::Status now = refused;
-  while (!now.ok() && std::chrono::steady_clock::now() < until)
-    now = service.rig->GetRigState(call_context().get(), {}, &state);
-  EXPECT_TRUE(now.ok()) << now.error_message();
+  EXPECT_TRUE(eventually([&] { return service.rig->GetRigState(call_context().get(), {}, &state).ok(); }));
 }
 
 TEST(Gate, SaysWhoTheCallerIs) {
   const RunningService service;
   const AccessClient client(connect(service.address()));
-  v1::Access access;
-  ASSERT_TRUE(client.access->GetAccess(call_context().get(), {}, &access).ok());
+  const v1::Access access = answer_of(*client.access, &v1::AccessService::Stub::GetAccess);
   if (access.identity() != "local") {
     EXPECT_EQ(access.identity(), "user:" + server::user_of_id(getuid()).name);
   }
@@ -125,8 +86,7 @@ TEST(Gate, TakesTheRoleOfTheUserWhoConnected) {
   config.access.users[server::user_of_id(getuid()).name] = Role::kOperator;
   const RunningService service(config);
   const AccessClient client(connect(service.address()));
-  v1::Access access;
-  ASSERT_TRUE(client.access->GetAccess(call_context().get(), {}, &access).ok());
+  const v1::Access access = answer_of(*client.access, &v1::AccessService::Stub::GetAccess);
   if (access.identity() == "local") GTEST_SKIP() << "this kernel does not say who connects (no sock_diag)";
   EXPECT_EQ(access.role(), v1::ROLE_OPERATOR);
   EXPECT_EQ(access.role_source(), "[access.users]");
@@ -141,8 +101,7 @@ TEST(Gate, GivesTheUnixSocketTheRoleOfItsGroup) {
   config.access.groups[group] = Role::kObserver;
   const RunningService service(config);
   const AccessClient client(connect("unix:" + config.unix_socket));
-  v1::Access access;
-  ASSERT_TRUE(client.access->GetAccess(call_context().get(), {}, &access).ok());
+  const v1::Access access = answer_of(*client.access, &v1::AccessService::Stub::GetAccess);
   EXPECT_EQ(access.identity(), "user:" + server::user_of_id(getuid()).name);
   EXPECT_EQ(access.role(), v1::ROLE_OBSERVER);
   EXPECT_EQ(client.load("tap_1d").error_code(), grpc::StatusCode::PERMISSION_DENIED);
@@ -202,8 +161,7 @@ TEST(Gate, TakesThePersonThatAConsoleNames) {
   EXPECT_EQ(unload("spiffe://lab/hapticd/operator/otto"), grpc::StatusCode::FAILED_PRECONDITION)
       << "as with a certificate of his own, a lease is required";
   // Without a name it is who it is.
-  v1::Access access;
-  EXPECT_TRUE(console.access->GetAccess(call_context().get(), {}, &access).ok());
+  const v1::Access access = answer_of(*console.access, &v1::AccessService::Stub::GetAccess);
   EXPECT_EQ(access.identity().rfind("user:", 0), 0U) << access.identity();
   EXPECT_EQ(access.role(), v1::ROLE_OBSERVER);
 }
@@ -234,9 +192,7 @@ TEST(Gate, AKeyOfTheConsoleIsRedeemedByAConsoleOnce) {
   EXPECT_EQ(client.access->RedeemConsoleKey(call_context().get(), redeem, &redeemed).error_code(),
             grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_TRUE(console.access->RedeemConsoleKey(call_context().get(), redeem, &redeemed).ok());
-  v1::Access access;
-  EXPECT_TRUE(client.access->GetAccess(call_context().get(), {}, &access).ok());
-  EXPECT_EQ(redeemed.identity(), access.identity());
+  EXPECT_EQ(redeemed.identity(), answer_of(*client.access, &v1::AccessService::Stub::GetAccess).identity());
   EXPECT_EQ(console.access->RedeemConsoleKey(call_context().get(), redeem, &redeemed).error_code(),
             grpc::StatusCode::NOT_FOUND);
 }

@@ -22,14 +22,6 @@ server::DaemonConfig config_without_notice() {
   return config;
 }
 
-TEST(LeaseService, LeavesASingleUserAlone) {
-  const RunningService service;
-  const AccessClient client(connect(service.address()));
-  EXPECT_TRUE(client.load("tap_1d").ok());
-  EXPECT_TRUE(client.set(0.3).ok());
-  EXPECT_FALSE(client.lease_state().has_lease());
-}
-
 TEST(LeaseService, RefusesTheCommandsOfOthersAndNamesItsHolder) {
   const RunningService service(config_without_notice());
   ASSERT_TRUE(service.load("tap_1d").ok());
@@ -178,8 +170,7 @@ TEST(LeaseService, AnIdentificationEndsWithItsLease) {
   const auto context = call_context();
   const auto stream = identification->WatchIdentification(context.get(), watched);
   v1::IdentificationProgress progress;
-  while (stream->Read(&progress)) {
-  }
+  EXPECT_TRUE(ok(read_all(*stream, progress)));
   EXPECT_EQ(progress.state(), v1::IDENTIFICATION_STATE_CANCELLED);
   EXPECT_NE(progress.problem().what().find("was taken by"), std::string::npos) << progress.ShortDebugString();
 }
@@ -194,10 +185,7 @@ TEST(LeaseService, AMotionOfTheTableEndsWithItsLease) {
   const auto table = v1::TurntableService::NewStub(service.channel);
   v1::TurntableStatus now;
   const auto homing = holder.context();
-  const auto homed = table->Home(homing.get(), {});
-  while (homed->Read(&now)) {
-  }
-  ASSERT_TRUE(homed->Finish().ok());
+  ASSERT_TRUE(ok(read_all(*table->Home(homing.get(), {}), now)));
   v1::MoveToRequest request;
   request.set_station("b");
   request.set_speed_deg_per_s(1.0);
@@ -205,10 +193,7 @@ TEST(LeaseService, AMotionOfTheTableEndsWithItsLease) {
   const auto motion = table->MoveTo(moving.get(), request);
   ASSERT_TRUE(motion->Read(&now));
   ASSERT_TRUE(taker.take().ok());
-  while (motion->Read(&now)) {
-  }
-  const grpc::Status end = motion->Finish();
-  EXPECT_EQ(detail_of(end).reason(), v1::ERROR_REASON_LEASE_LOST) << end.error_message();
+  EXPECT_EQ(detail_of(read_all(*motion, now)).reason(), v1::ERROR_REASON_LEASE_LOST);
 }
 
 TEST(LeaseService, TheForceOfALostHolderRampsToZeroAndStaysOff) {
@@ -219,9 +204,7 @@ TEST(LeaseService, TheForceOfALostHolderRampsToZeroAndStaysOff) {
   request.set_ttl_s(1.0);
   request.set_on_expiry(v1::LEASE_EXPIRY_RAMP_TO_ZERO);
   ASSERT_TRUE(holder.acquire(request).ok());
-  const v1::RigState lost =
-      service.await([](const v1::RigState& state) { return state.guard_state() == v1::GUARD_STATE_LATCHED; });
-  EXPECT_EQ(lost.guard_fault(), v1::GUARD_FAULT_CLIENT_LOST);
+  EXPECT_EQ(service.await(is_latched).guard_fault(), v1::GUARD_FAULT_CLIENT_LOST);
   EXPECT_EQ(holder.lease_state().change(), v1::LEASE_CHANGE_EXPIRED);
   EXPECT_EQ(detail_of(holder.set(0.3)).reason(), v1::ERROR_REASON_LEASE_LOST);
   EXPECT_TRUE(service.clear().ok()) << "any operator";
@@ -237,9 +220,7 @@ TEST(LeaseService, AHolderWhoseProcessIsStoppedLosesIt) {
   const AccessClient other(connect(service.address()));
   ASSERT_TRUE(eventually([&] { return other.lease_state().has_lease(); }));
   holder.signal(SIGSTOP);
-  const v1::RigState lost =
-      service.await([](const v1::RigState& state) { return state.guard_state() == v1::GUARD_STATE_LATCHED; });
-  EXPECT_EQ(lost.guard_fault(), v1::GUARD_FAULT_CLIENT_LOST);
+  EXPECT_EQ(service.await(is_latched).guard_fault(), v1::GUARD_FAULT_CLIENT_LOST);
   EXPECT_EQ(other.lease_state().reason(), "not heard of for 1 s");
 }
 

@@ -1,11 +1,7 @@
 // Stops that do not pass gRPC, of a daemon: by every transport, by the library, and from a program.
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <openssl/ssl.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -26,6 +22,7 @@
 #include "tests/support/eventually.h"
 #include "tests/support/http2_flood.h"
 #include "tests/support/lab.h"
+#include "tests/support/loopback.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 
@@ -53,7 +50,7 @@ struct Everywhere {
             {.address = tls, .timeout = kTimeout, .certificates = lab.client("screen")}};
   }
   void expect_latched_and_clear() const {
-    service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
+    service.await(is_latched);
     // Again where a stop of a flood was still on its way.
     service.await([&](const v1::RigState& s) {
       if (s.guard_state() != v1::GUARD_STATE_LATCHED) return true;
@@ -192,10 +189,7 @@ std::string hello() {
 
 TEST(StopPath, ComesWhileHandshakesThatNeverEndFloodItsPort) {
   const Everywhere daemon;
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<std::uint16_t>(daemon.service.daemon->tls_port() + 1));
+  const int port = daemon.service.daemon->tls_port() + 1;
   const std::string first = hello();
   ASSERT_FALSE(first.empty());
   std::atomic<bool> done{false};
@@ -203,8 +197,7 @@ TEST(StopPath, ComesWhileHandshakesThatNeverEndFloodItsPort) {
     constexpr std::size_t kHeld = 200;
     std::deque<int> held;
     while (!done) {
-      held.push_back(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-      ::connect(held.back(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+      held.push_back(connect_to_loopback(port));
       send(held.back(), first.data(), first.size(), MSG_NOSIGNAL);
       std::this_thread::sleep_for(
           std::chrono::milliseconds(1));  // some hundred a second, also on a slow machine

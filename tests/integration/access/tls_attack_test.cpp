@@ -1,12 +1,8 @@
 // Clients that use the encryption itself to keep the threads busy that serve clients with certificates.
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <openssl/ssl.h>
 #include <signal.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -17,6 +13,7 @@
 #include "client/cpp/client.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/lab.h"
+#include "tests/support/loopback.h"
 
 namespace hapticd::test {
 namespace {
@@ -38,12 +35,8 @@ class TlsClient {
  public:
   /// `more_certificates`: that it sends after its own.
   TlsClient(int port, const std::string& certificates, const char* key_exchanges, int more_certificates = 0)
-      : context_(SSL_CTX_new(TLS_client_method())), socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+      : context_(SSL_CTX_new(TLS_client_method())), socket_(connect_to_loopback(port)) {
     signal(SIGPIPE, SIG_IGN);  // OpenSSL writes to what may be closed
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
     SSL_CTX_use_certificate_chain_file(context_, (certificates + "/client.crt").c_str());
     SSL_CTX_use_PrivateKey_file(context_, (certificates + "/client.key").c_str(), SSL_FILETYPE_PEM);
     for (int i = 0; i < more_certificates; ++i)
@@ -56,8 +49,7 @@ class TlsClient {
     const int buffer_bytes = 65'536;  // what is on its way is little of what is sent
     setsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &buffer_bytes, sizeof buffer_bytes);
     setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &buffer_bytes, sizeof buffer_bytes);
-    is_open_ = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
-               SSL_connect(tls_) == 1;
+    is_open_ = SSL_connect(tls_) == 1;
   }
   ~TlsClient() {
     SSL_free(tls_);

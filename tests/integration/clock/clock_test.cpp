@@ -7,12 +7,12 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include "client/cpp/clock/clock_sync.h"
 #include "hapticd/v1/clock.grpc.pb.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/child_process.h"
+#include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -24,11 +24,7 @@ client::Client clock_client(const std::string& address) {
 
 /// Waits for so many exchanges.
 void await_exchanges(const client::ClockSync& clock, std::uint64_t count) {
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
-  while (clock.exchanges() < count && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  ASSERT_GE(clock.exchanges(), count);
+  ASSERT_TRUE(eventually([&] { return clock.exchanges() >= count; }));
 }
 
 TEST(ClockService, TheTrueOffsetIsWithinTheBounds) {
@@ -91,11 +87,7 @@ TEST(ClockService, BoundsOutliveARestartOfTheDaemon) {
   await_exchanges(clock, 5);
   config.listen.port = service->daemon->port();
   service.reset();
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
-  while (!clock.problem() && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  EXPECT_TRUE(clock.problem()) << "no daemon answers";
+  EXPECT_TRUE(eventually([&] { return clock.problem().has_value(); })) << "no daemon answers";
   const client::ClockBounds alone = clock.bounds();
   EXPECT_LE(alone.lower_ns, 0);
   EXPECT_GE(alone.upper_ns, 0);
@@ -137,33 +129,24 @@ TEST(ClockService, TheRigsTimeIsWithinItsBounds) {
 }
 
 TEST(ClockService, ARigWithATimeOfItsOwnHasNoRigTime) {
-  server::DaemonConfig config = quiet_config();
-  config.simulation.real_time = false;
-  const RunningService service(config);
-  client::Client client = clock_client(service.address());
-  const client::ClockSync clock(client);
-  await_exchanges(clock, 5);
-  EXPECT_THROW(clock.to_rig(client::ClockSync::now_ns()), client::Error);
-  EXPECT_NO_THROW(clock.to_daemon(client::ClockSync::now_ns()));
-}
-
-TEST(ClockService, ARecordingAtItsOwnSpeedHasNoRigTime) {
   const TemporaryFolder folder;
-  server::DaemonConfig config = quiet_config();
-  config.rig = server::RigChoice::kReplay;
-  config.replay.as_fast_as_possible = false;
-  config.replay.loop = true;
-  config.replay.path = folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,0,1\n2,1,2\n3,0,0\n");
-  const RunningService service(config);
-  service.await([](const v1::RigState& state) { return state.tick() > 10; });
-  client::Client client = clock_client(service.address());
-  const client::ClockSync clock(client);
-  await_exchanges(clock, 20);
-  EXPECT_THROW(clock.to_rig(client::ClockSync::now_ns()), client::Error);
-  EXPECT_FALSE(clock.problem());
-  EXPECT_FALSE(clock.rig_problem());
-  EXPECT_LE(clock.bounds().lower_ns, 0);
-  EXPECT_GE(clock.bounds().upper_ns, 0);
+  server::DaemonConfig simulated = quiet_config();
+  simulated.simulation.real_time = false;
+  const server::DaemonConfig replayed = config_that_replays(
+      folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,0,1\n2,1,2\n3,0,0\n"));
+  for (const server::DaemonConfig& config : {simulated, replayed}) {
+    const RunningService service(config);
+    service.await([](const v1::RigState& state) { return state.tick() > 10; });
+    client::Client client = clock_client(service.address());
+    const client::ClockSync clock(client);
+    await_exchanges(clock, 20);
+    EXPECT_THROW(clock.to_rig(client::ClockSync::now_ns()), client::Error);
+    EXPECT_NO_THROW(clock.to_daemon(client::ClockSync::now_ns()));
+    EXPECT_FALSE(clock.problem());
+    EXPECT_FALSE(clock.rig_problem());
+    EXPECT_LE(clock.bounds().lower_ns, 0);
+    EXPECT_GE(clock.bounds().upper_ns, 0);
+  }
 }
 
 /// A daemon whose rig goes back by a second with each exchange.

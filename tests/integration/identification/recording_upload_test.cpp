@@ -163,12 +163,11 @@ std::string record_presses(const RunningService& service, const TemporaryFolder&
                         {"--server", service.address(), "telemetry", "record", path, "--decimation", "4"});
   const v1::RigState recorded =
       service.await([](const v1::RigState& s) { return s.telemetry_subscribers() > 0; });
-  v1::SetHandProgramRequest request;
-  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
-  request.mutable_program()->set_force_n(4.0);
-  request.mutable_program()->set_hold_s(0.2);
-  request.mutable_program()->set_repetitions(-1);
-  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, request);
+  service.set_hand(v1::HAND_PROGRAM_KIND_PRESS, [](v1::HandProgram& press) {
+    press.set_force_n(4.0);
+    press.set_hold_s(0.2);
+    press.set_repetitions(-1);
+  });
   service.await([&](const v1::RigState& s) { return s.tick() > recorded.tick() + kTicks; });
   recorder.signal(SIGINT);
   const int code = recorder.wait();
@@ -209,10 +208,7 @@ TEST(OwnRecording, IsIdentifiedAndPlayedAsItIs) {
   ASSERT_FALSE(end.value("model", "").empty()) << end.dump();
   EXPECT_LT(end["residual"].get<double>(), 0.15);
 
-  server::DaemonConfig replay = quiet_config();
-  replay.rig = server::RigChoice::kReplay;
-  replay.replay.path = path;
-  replay.replay.loop = true;
+  server::DaemonConfig replay = config_that_replays(path);
   replay.scene = "tap_1d";
   const RunningService player(replay);
   player.await([](const v1::RigState& s) { return s.in_contact() && s.reaction_force_n() > 0.5; });

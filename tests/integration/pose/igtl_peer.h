@@ -8,6 +8,7 @@
 #include <igtl_util.h>
 
 #include <bit>
+#include <csignal>
 #include <cstdint>
 #include <string>
 
@@ -115,6 +116,12 @@ struct BridgeProcess {
                                       reference, "--header-version", version}) {
     const std::string line = process.read_line();
     port = std::stoi(line.substr(line.rfind(':') + 1));
+  }
+  /// Ends it in order; what it logged.
+  std::string end() {
+    process.signal(SIGTERM);
+    EXPECT_EQ(process.wait(), 0) << process.errors();
+    return process.errors();
   }
   ChildProcess process;
   int port = 0;

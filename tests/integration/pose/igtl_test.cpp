@@ -23,13 +23,18 @@
 #include "client/igtl/igtl_port.h"
 #include "tests/integration/pose/igtl_peer.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/loopback.h"
 
 namespace hapticd::test {
 namespace {
 
-TEST(Igtl, APeerGetsTheToolInTheRigsFrameAndTheStatus) {
+class Igtl : public testing::Test {
+ protected:
   const RunningService service;
-  BridgeProcess bridge(service.address());
+  BridgeProcess bridge{service.address()};
+};
+
+TEST_F(Igtl, APeerGetsTheToolInTheRigsFrameAndTheStatus) {
   Peer peer(bridge.port);
   ASSERT_TRUE(peer.connected);
   const Received transform = peer.next_of("TRANSFORM");
@@ -45,22 +50,17 @@ TEST(Igtl, APeerGetsTheToolInTheRigsFrameAndTheStatus) {
   EXPECT_LT(std::abs(transform.matrix[2][3]), 500.0F);
   const Received status = peer.next_of("STATUS");
   EXPECT_EQ(status.code, igtl::StatusMessage::STATUS_OK);
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0) << bridge.process.errors();
+  bridge.end();
 }
 
-TEST(Igtl, APeerThatSendsNonsenseIsLeftAndTheOthersGoOn) {
-  const RunningService service;
-  BridgeProcess bridge(service.address());
+TEST_F(Igtl, APeerThatSendsNonsenseIsLeftAndTheOthersGoOn) {
   Peer good(bridge.port);
   Peer bad(bridge.port);
   ASSERT_TRUE(good.connected && bad.connected);
   const std::string nonsense(200, '\xff');
   bad.send(nonsense.data(), static_cast<int>(nonsense.size()));
   for (int i = 0; i < 50; ++i) ASSERT_EQ(good.next_of("TRANSFORM").type, "TRANSFORM");
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0);
-  EXPECT_NE(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
+  EXPECT_NE(bridge.end().find("has gone"), std::string::npos);
 }
 
 igtl_bridge::Packed tracked_transform(const std::string& status) {
@@ -72,18 +72,6 @@ igtl_bridge::Packed slicer_status() {
   append_number(content, 1, 2);
   content.resize(31);
   return message_of(2, "STATUS", extended(content, {{"dummy", "dummy"}}));
-}
-
-TEST(Igtl, APeerOfANewerVersionStaysConnected) {
-  const RunningService service;
-  BridgeProcess bridge(service.address());
-  Peer peer(bridge.port);
-  ASSERT_TRUE(peer.connected);
-  ASSERT_TRUE(send_to(peer, slicer_status()));
-  for (int i = 0; i < 50; ++i) ASSERT_FALSE(peer.next_raw_of("TRANSFORM").header.empty()) << i;
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0);
-  EXPECT_EQ(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
 }
 
 /// Checks the parts of a message of version 2, read by hand: `content_size` bytes of content, and the text of
@@ -105,9 +93,7 @@ void expect_version_2(const RawMessage& raw, std::size_t content_size, const std
   EXPECT_EQ(std::string(raw.body.end() - static_cast<std::ptrdiff_t>(texts), raw.body.end()), metadata);
 }
 
-TEST(Igtl, APeerGetsTheHeaderVersionThatItSends) {
-  const RunningService service;
-  BridgeProcess bridge(service.address());
+TEST_F(Igtl, APeerGetsTheHeaderVersionThatItSends) {
   Peer older(bridge.port);
   Peer newer(bridge.port);
   ASSERT_TRUE(older.connected && newer.connected);
@@ -122,12 +108,10 @@ TEST(Igtl, APeerGetsTheHeaderVersionThatItSends) {
   expect_version_2(transform, 48, "TransformStatusOK");
   expect_version_2(newer.next_raw_of("STATUS"), 30 + std::string("ready").size() + 1, "");
   for (int i = 0; i < 50; ++i) ASSERT_EQ(older.next_raw().version(), 1U);
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0);
-  EXPECT_EQ(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
+  EXPECT_EQ(bridge.end().find("has gone"), std::string::npos);
 }
 
-TEST(Igtl, AHeaderVersionThatIsNamedIsSentToAll) {
+TEST(IgtlBridge, AHeaderVersionThatIsNamedIsSentToAll) {
   const RunningService service;
   for (const unsigned version : {1U, 2U}) {
     BridgeProcess bridge(service.address(), "none", std::to_string(version));
@@ -135,8 +119,7 @@ TEST(Igtl, AHeaderVersionThatIsNamedIsSentToAll) {
     ASSERT_TRUE(peer.connected);
     ASSERT_TRUE(send_to(peer, message_of(3 - version, "STRING", {1, 2})));
     for (int i = 0; i < 30; ++i) ASSERT_EQ(peer.next_raw().version(), version);
-    bridge.process.signal(SIGTERM);
-    EXPECT_EQ(bridge.process.wait(), 0);
+    bridge.end();
   }
 }
 
@@ -151,12 +134,10 @@ std::string log_after_poses(const std::string& status) {
     EXPECT_TRUE(send_to(peer, pose));
     EXPECT_FALSE(peer.next_raw_of("TRANSFORM").header.empty());
   }
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0);
-  return bridge.process.errors();
+  return bridge.end();
 }
 
-TEST(Igtl, OnlyPosesOfATrackedToolGoToTheCalibration) {
+TEST(IgtlBridge, OnlyPosesOfATrackedToolGoToTheCalibration) {
   const std::string tracked = log_after_poses("OK");
   EXPECT_NE(tracked.find("are not taken"), std::string::npos) << tracked;
   EXPECT_EQ(tracked.find("left out"), std::string::npos) << tracked;
@@ -210,9 +191,7 @@ std::size_t times_in(const std::string& text, const std::string& part) {
   return times;
 }
 
-TEST(Igtl, EachKindOfAWrongTransformIsNotedOnce) {
-  const RunningService service;
-  BridgeProcess bridge(service.address());
+TEST_F(Igtl, EachKindOfAWrongTransformIsNotedOnce) {
   Peer peer(bridge.port);
   for (int i = 0; i < 3; ++i) {
     ASSERT_TRUE(send_to(peer, sent_transform("a", 1.0F, 1.0F, std::nanf(""))));
@@ -220,61 +199,49 @@ TEST(Igtl, EachKindOfAWrongTransformIsNotedOnce) {
   }
   // What is sent now is read after these.
   for (int i = 0; i < 20; ++i) ASSERT_EQ(peer.next_of("TRANSFORM").type, "TRANSFORM");
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0);
-  EXPECT_EQ(times_in(bridge.process.errors(), "not finite"), 1U) << bridge.process.errors();
-  EXPECT_EQ(times_in(bridge.process.errors(), "left-handed"), 1U) << bridge.process.errors();
+  const std::string log = bridge.end();
+  EXPECT_EQ(times_in(log, "not finite"), 1U) << log;
+  EXPECT_EQ(times_in(log, "left-handed"), 1U) << log;
 }
 
 /// Connects from an address of this machine; the descriptor does not block.
 int connect_from(const char* address, std::uint16_t port) {
-  sockaddr_in own{};
-  own.sin_family = AF_INET;
+  sockaddr_in own = loopback(0);
   inet_pton(AF_INET, address, &own.sin_addr);
-  sockaddr_in other = own;
-  inet_pton(AF_INET, "127.0.0.1", &other.sin_addr);
-  other.sin_port = htons(port);
+  const sockaddr_in other = loopback(port);
   const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   EXPECT_EQ(bind(descriptor, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
   EXPECT_EQ(connect(descriptor, reinterpret_cast<const sockaddr*>(&other), sizeof other), 0);
   return descriptor;
 }
 
-TEST(Igtl, PeersThatComeAndGoFillNoLog) {
+TEST_F(Igtl, PeersThatComeAndGoFillNoLog) {
   constexpr double kMaxPerS = 20.0;
   constexpr int kPeers = 300;
-  const RunningService service;
-  BridgeProcess bridge(service.address());
   const auto began = std::chrono::steady_clock::now();
-  for (int i = 0; i < kPeers; ++i) close(connect_from("127.0.0.1", static_cast<std::uint16_t>(bridge.port)));
+  for (int i = 0; i < kPeers; ++i) close(connect_to_loopback(bridge.port));
   Peer last(bridge.port);
   ASSERT_EQ(last.next_of("TRANSFORM").type, "TRANSFORM");
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0);
+  const std::string log = bridge.end();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
-  const std::string log = bridge.process.errors();
   const auto lines = static_cast<double>(times_in(log, "has connected") + times_in(log, "has gone"));
   EXPECT_LE(lines, kMaxPerS * (2.0 + took.count())) << log;
   EXPECT_GT(lines, 0.0);
 }
 
-TEST(Igtl, AFloodKeepsNeitherTheOthersNorTheEndWaiting) {
-  const RunningService service;
-  BridgeProcess bridge(service.address());
+TEST_F(Igtl, AFloodKeepsNeitherTheOthersNorTheEndWaiting) {
   Peer good(bridge.port);
   ASSERT_TRUE(good.connected);
   const Flood first(bridge.port);
   const Flood second(bridge.port);
   // Among them what was sent long after the flood began.
   for (int i = 0; i < 200; ++i) ASSERT_EQ(good.next_of("TRANSFORM").type, "TRANSFORM");
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0) << "it ends while both still send";
-  const std::string log = bridge.process.errors();
+  const std::string log = bridge.end();  // while both still send
   EXPECT_EQ(log.find_first_of("\x1b\x07\r"), std::string::npos) << log;
   EXPECT_NE(log.find("\\u001b]0;owned\\u0007\\nforged"), std::string::npos) << log;
 }
 
-TEST(Igtl, SaysThatTheDaemonIsAwayAndGoesOnWhenItIsBack) {
+TEST(IgtlBridge, SaysThatTheDaemonIsAwayAndGoesOnWhenItIsBack) {
   auto service = std::make_unique<RunningService>();
   BridgeProcess bridge(service->address());
   Peer peer(bridge.port);
@@ -286,11 +253,10 @@ TEST(Igtl, SaysThatTheDaemonIsAwayAndGoesOnWhenItIsBack) {
                                      status.code == igtl::StatusMessage::STATUS_DISABLED))
     status = peer.next_of("STATUS");
   EXPECT_EQ(status.code, igtl::StatusMessage::STATUS_NOT_READY) << status.words;
-  bridge.process.signal(SIGTERM);
-  EXPECT_EQ(bridge.process.wait(), 0);
+  bridge.end();
 }
 
-TEST(Igtl, RefusesInWordsWhatTheDaemonRefuses) {
+TEST(IgtlBridge, RefusesInWordsWhatTheDaemonRefuses) {
   const RunningService service;
   ChildProcess bridge(HAPTICD_IGTL_BINARY,
                       {"--server", service.address(), "--port", "0", "--frame", "reference"});
@@ -298,7 +264,7 @@ TEST(Igtl, RefusesInWordsWhatTheDaemonRefuses) {
   EXPECT_NE(bridge.errors().find("reference frame"), std::string::npos) << bridge.errors();
 }
 
-TEST(Igtl, EndsWithTwoOnACommandLineThatCannotBe) {
+TEST(IgtlBridge, EndsWithTwoOnACommandLineThatCannotBe) {
   for (const char* option : {"--no-such-option", "--port=many", "--frame=table"}) {
     ChildProcess bridge(HAPTICD_IGTL_BINARY, {option});
     EXPECT_EQ(bridge.wait(), 2) << bridge.errors();

@@ -144,29 +144,22 @@ TEST(PoseService, AClientThatDoesNotReadGetsTheNewestAndTheCountOfTheRest) {
       << "each tick once, sent or skipped";
 }
 
-TEST(PoseService, BadRequestsAreRefusedInWords) {
+TEST(PoseService, BadRequestsAreRefused) {
   const RunningService service;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double rate : {0.0, 0.5, -1.0, 2000.0, nan, infinity}) {
-    const grpc::Status status = refused(service, wish(rate));
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE) << rate;
-    EXPECT_EQ(detail_of(status).where(), "SubscribePosesRequest.rate_hz");
-    EXPECT_EQ(detail_of(status).limit(), "1 … 1000 Hz");
+    expect_refused(refused(service, wish(rate)), grpc::StatusCode::OUT_OF_RANGE,
+                   "SubscribePosesRequest.rate_hz");
   }
   for (const double ahead : {-1.0, 500.0, nan, infinity}) {
-    const grpc::Status status = refused(service, wish(60.0, ahead));
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE) << ahead;
-    EXPECT_EQ(detail_of(status).where(), "SubscribePosesRequest.predict_ms");
-    EXPECT_FALSE(detail_of(status).remedy().empty());
+    expect_refused(refused(service, wish(60.0, ahead)), grpc::StatusCode::OUT_OF_RANGE,
+                   "SubscribePosesRequest.predict_ms");
   }
-  const grpc::Status unknown = refused(service, wish(60.0, 0.0, static_cast<v1::PoseFrame>(99)));
-  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(detail_of(unknown).value(), "99");
-  const grpc::Status without = refused(service, wish(60.0, 0.0, v1::POSE_FRAME_REFERENCE));
-  EXPECT_EQ(without.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(without).value(), "POSE_FRAME_REFERENCE");
-  EXPECT_FALSE(detail_of(without).remedy().empty());
+  EXPECT_EQ(refused(service, wish(60.0, 0.0, static_cast<v1::PoseFrame>(99))).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused(service, wish(60.0, 0.0, v1::POSE_FRAME_REFERENCE)).error_code(),
+            grpc::StatusCode::FAILED_PRECONDITION);
   v1::SubscribePosesRequest both = wish(60.0, 0.0, v1::POSE_FRAME_REFERENCE);
   both.set_uncorrected(true);
   EXPECT_EQ(refused(service, both).error_code(), grpc::StatusCode::INVALID_ARGUMENT);

@@ -202,10 +202,9 @@ TEST_F(RecordCli, ShowsWhatThereIsOfAnIncidentWhoseTicksAreLost) {
 
 TEST(TelemetryRecordCli, EndsWithTheRecordingThatIsReplayed) {
   const TemporaryFolder folder;
-  server::DaemonConfig config = quiet_config();
-  config.rig = server::RigChoice::kReplay;
-  config.replay.path =
-      folder.write("run.csv", "time_s,force_N,indentation_mm\n0,0,0\n0.001,0.1,0.01\n0.002,0.2,0.02\n");
+  server::DaemonConfig config = config_that_replays(
+      folder.write("run.csv", "time_s,force_N,indentation_mm\n0,0,0\n0.001,0.1,0.01\n0.002,0.2,0.02\n"));
+  config.replay.loop = false;
   const RunningService service(config);
   service.await([](const v1::RigState& state) { return state.rig_exhausted(); });
   ChildProcess recorder(HAPTICCTL_BINARY,

@@ -10,11 +10,11 @@
 #include <thread>
 
 #include "client/cpp/client.h"
-#include "hal/recording/recording_file.h"
 #include "hal/recording/recording_names.h"
 #include "tests/integration/daemon_process.h"
+#include "tests/integration/recording/seen_recording.h"
+#include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 namespace {
@@ -50,10 +50,8 @@ class RecordingCrash : public testing::Test {
     std::int64_t last = 0;
     {
       client::Client client = this->client();
-      const auto until = std::chrono::steady_clock::now() + run_time;
       client.start_recording({});
-      while (std::chrono::steady_clock::now() < until)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      std::this_thread::sleep_for(run_time);
       last = static_cast<std::int64_t>(client.rig_state(client::Histograms::kWithout).tick());
       daemon->signal(signal);
     }
@@ -69,43 +67,10 @@ class RecordingCrash : public testing::Test {
     std::sort(found.begin(), found.end());
     return found;
   }
-  struct Ticks {
-    std::int64_t first = -1;
-    std::int64_t last = -1;
-    std::int64_t count = 0;
-    bool is_finished = false;
-    bool is_repaired = false;
-    std::string cause;
-    std::int64_t rows_named = -1;  ///< by its end
-  };
-  static Ticks ticks_of(const fs::path& path) {
-    Ticks ticks;
-    const auto file = value_of(recording::RecordingFile::open(path.string()));
-    recording::RecordingVisitor visitor;
-    visitor.row = [&](const recording::Row& row) {
-      if (ticks.first < 0) ticks.first = row.integer(0);
-      ticks.last = row.integer(0);
-      ++ticks.count;
-      return true;
-    };
-    visitor.metadata = [&](const std::string& name, const recording::Texts& texts) {
-      if (name == recording::kEndMetadata) {
-        ticks.is_repaired = texts.contains("repaired");
-        if (texts.contains("rows")) ticks.rows_named = std::stoll(texts.at("rows"));
-      }
-      if (name == recording::kStartMetadata && texts.contains("cause")) ticks.cause = texts.at("cause");
-    };
-    ticks.is_finished = value_of(file.read(visitor)).is_finished;
-    return ticks;
-  }
   /// Starts a daemon, has it finish what was left, and ends it in order.
   void recover(std::size_t incidents) {
     const auto daemon = started();
-    const auto until = std::chrono::steady_clock::now() + kCrashTimeout;
-    while (files("incidents", "_unclean_end").size() < incidents &&
-           std::chrono::steady_clock::now() < until) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(eventually([&] { return files("incidents", "_unclean_end").size() >= incidents; }));
     daemon->signal(SIGTERM);
     EXPECT_EQ(daemon->wait(), 0);
   }
@@ -125,19 +90,21 @@ TEST_F(RecordingCrash, KilledAtAnyMomentItLosesAtMostTheLastSecond) {
     recover(static_cast<std::size_t>(round) + 1);
     const auto recordings = files("recordings");
     ASSERT_EQ(recordings.size(), static_cast<std::size_t>(round) + 1);
-    const Ticks recorded = ticks_of(recordings.back());
+    const SeenRecording recorded = seen_of(recordings.back());
     EXPECT_TRUE(recorded.is_finished);
-    EXPECT_TRUE(recorded.is_repaired);
-    EXPECT_GE(recorded.last, last - kTicksPerS);
-    EXPECT_EQ(recorded.count, recorded.last - recorded.first + 1) << "ticks are missing";
-    EXPECT_EQ(recorded.rows_named, recorded.count) << "it would be listed with another number of rows";
+    const recording::Texts& end = recorded.metadata.at(recording::kEndMetadata);
+    EXPECT_TRUE(end.contains("repaired"));
+    EXPECT_GE(recorded.ticks.back(), last - kTicksPerS);
+    EXPECT_EQ(recorded.missing_ticks(), 0);
+    EXPECT_EQ(end.at("rows"), std::to_string(recorded.ticks.size()))
+        << "it would be listed with another number of rows";
 
     const auto incidents = files("incidents", "_unclean_end");
     ASSERT_EQ(incidents.size(), static_cast<std::size_t>(round) + 1);
-    const Ticks flown = ticks_of(incidents.back());
-    EXPECT_EQ(flown.cause, "unclean_end");
-    EXPECT_GE(flown.last, last - kTicksPerS / 2) << "the flight recorder is closer";
-    EXPECT_EQ(flown.count, flown.last - flown.first + 1);
+    const SeenRecording flown = seen_of(incidents.back());
+    EXPECT_EQ(flown.metadata.at(recording::kStartMetadata).at("cause"), "unclean_end");
+    EXPECT_GE(flown.ticks.back(), last - kTicksPerS / 2) << "the flight recorder is closer";
+    EXPECT_EQ(flown.missing_ticks(), 0);
   }
 }
 

@@ -1,66 +1,26 @@
-#include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <string>
 
-#include "tests/integration/running_service.h"
+#include "tests/integration/robustness/raw_call.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {
 
-grpc::ByteBuffer bytes(const std::string& text) {
-  const grpc::Slice slice(text);
-  return {&slice, 1};
-}
-
-std::string text(const grpc::ByteBuffer& buffer) {
-  std::vector<grpc::Slice> slices;
-  EXPECT_TRUE(buffer.Dump(&slices).ok());
-  std::string joined;
-  for (const grpc::Slice& slice : slices)
-    joined.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
-  return joined;
-}
-
-/// One request, one answer, in wire format: health and reflection come with no generated code here.
-std::string call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                 const std::string& request) {
-  grpc::GenericStub stub(channel);
-  const auto context = call_context();
-  grpc::CompletionQueue queue;
-  const auto stream = stub.PrepareCall(context.get(), method, &queue);
-  const auto done = [&queue] {
-    void* tag = nullptr;
-    bool ok = false;
-    return queue.Next(&tag, &ok) && ok;
-  };
-  stream->StartCall(nullptr);
-  EXPECT_TRUE(done());
-  stream->WriteLast(bytes(request), grpc::WriteOptions(), nullptr);
-  EXPECT_TRUE(done());
-  grpc::ByteBuffer answer;
-  stream->Read(&answer, nullptr);
-  const bool answered = done();
-  grpc::Status status;
-  stream->Finish(&status, nullptr);
-  EXPECT_TRUE(done());
-  EXPECT_TRUE(status.ok()) << status.error_message();
-  return answered ? text(answer) : std::string();
-}
-
 TEST(ServiceEndpoints, ReportTheirHealth) {
   const RunningService service;
-  EXPECT_EQ(call(service.channel, "/grpc.health.v1.Health/Check", ""), std::string("\x08\x01", 2))
+  EXPECT_EQ(raw_call(service.channel, "/grpc.health.v1.Health/Check", "").bytes, std::string("\x08\x01", 2))
       << "field 1, status: SERVING";
 }
 
 TEST(ServiceEndpoints, DescribeThemselves) {
   const RunningService service;
   const std::string list =
-      call(service.channel, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
-           std::string("\x3a\x01*", 3));  // field 7, list_services: "*"
+      raw_call(service.channel, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+               std::string("\x3a\x01*", 3))
+          .bytes;  // field 7, list_services: "*"
   for (const char* name : {"RigService", "SceneService", "RenderingService", "TelemetryService",
                            "SimulationService", "SafetyService"}) {
     EXPECT_NE(list.find(std::string("hapticd.v1.") + name), std::string::npos) << name;
@@ -107,17 +67,6 @@ bool answers(const std::string& unix_socket) {
   v1::RigInfo info;
   const auto stub = v1::RigService::NewStub(connect("unix:" + unix_socket));
   return stub->GetRigInfo(call_context().get(), {}, &info).ok();
-}
-
-TEST(ServiceEndpoints, RefuseASecondDaemonOnTheUnixSocket) {
-  const TemporaryFolder folder;
-  const server::DaemonConfig config = with_socket(folder.path("hapticd.sock"));
-  {
-    const RunningService service(config);
-    expect_cannot_listen(config, config.unix_socket);
-    EXPECT_TRUE(answers(config.unix_socket)) << "the socket is still the first's";
-  }
-  const RunningService next(config);  // once the first has gone, the path is free
 }
 
 TEST(ServiceEndpoints, RefuseASecondDaemonWhoseLockFileWasDeletedUnderTheFirst) {

@@ -1,12 +1,8 @@
 // However busy the service is: stop and clear are served, memory has a bound.
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/resource.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -23,6 +19,7 @@
 #include "tests/integration/running_service.h"
 #include "tests/support/eventually.h"
 #include "tests/support/http2_flood.h"
+#include "tests/support/loopback.h"
 #include "tests/support/process_memory.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/temporary_folder.h"
@@ -362,15 +359,10 @@ TEST(Flood, AProcessMayHaveAsManyConnectionsAsTheSystemAllows) {
 class IdleConnections {
  public:
   IdleConnections(const std::string& address, int count) {
-    sockaddr_in peer{};
-    peer.sin_family = AF_INET;
-    peer.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    peer.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
+    const int port = std::stoi(address.substr(address.rfind(':') + 1));
     for (int i = 0; i < count; ++i) {
-      const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-      EXPECT_GE(descriptor, 0) << "this process needs more descriptors itself";
-      EXPECT_EQ(connect(descriptor, reinterpret_cast<const sockaddr*>(&peer), sizeof peer), 0);
-      descriptors_.push_back(descriptor);
+      descriptors_.push_back(connect_to_loopback(port));
+      EXPECT_GE(descriptors_.back(), 0) << "this process may need more descriptors itself";
     }
   }
   ~IdleConnections() {

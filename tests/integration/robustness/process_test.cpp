@@ -54,22 +54,21 @@ TEST(ServiceProcess, EndsCleanlyOnSigtermAndStreamsEndFirst) {
   }
 }
 
-/// Expects force in contact; ends by the signal. The exit code, and the last command a subscriber saw.
-void expect_force_first(int signal) {
-  SCOPED_TRACE("signal " + std::to_string(signal));
+class EndingSignal : public testing::TestWithParam<int> {};
+
+TEST_P(EndingSignal, TakesTheForceFirst) {
   DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"});
   const std::string address = process.await_address();
   ASSERT_FALSE(address.empty());
   const ServiceClient client(connect(address));
-  v1::SetHandProgramRequest press;
-  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
-  press.mutable_program()->set_force_n(2.0);
-  press.mutable_program()->set_hold_s(-1.0);
-  answer_of(*client.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
+  client.set_hand(v1::HAND_PROGRAM_KIND_PRESS, [](v1::HandProgram& press) {
+    press.set_force_n(2.0);
+    press.set_hold_s(-1.0);
+  });
   client.await([](const v1::RigState& s) { return s.in_contact() && s.displacement_mm() > 2.0; });
   CommandRecord record(client.channel);
   record.await_tick(record.last_tick() + 50);
-  process.signal(signal);
+  process.signal(GetParam());
   const auto ticks = record.read_to_the_end();
   EXPECT_EQ(process.wait(), 0) << process.errors();
   ASSERT_FALSE(ticks.empty());
@@ -80,11 +79,6 @@ void expect_force_first(int signal) {
   EXPECT_EQ(dot(last, last), 0.0) << "tick " << ticks.rbegin()->first;
 }
 
-class EndingSignal : public testing::TestWithParam<int> {};
-
-TEST_P(EndingSignal, TakesTheForceFirst) {
-  expect_force_first(GetParam());
-}
 INSTANTIATE_TEST_SUITE_P(All, EndingSignal,
                          testing::Values(SIGHUP, SIGQUIT, SIGTERM, SIGINT, SIGUSR2, SIGALRM, SIGXCPU, SIGPWR,
                                          SIGRTMIN),
@@ -109,9 +103,7 @@ TEST(ServiceProcess, StopsAndGoesOnAtSigusr1AndAtCtrlZ) {
   const ServiceClient client(connect(address));
   for (const int signal : {SIGUSR1, SIGUSR1, SIGTSTP, SIGTSTP}) {
     process.signal(signal);
-    const v1::RigState state =
-        client.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
-    EXPECT_EQ(state.guard_fault(), v1::GUARD_FAULT_STOPPED);
+    EXPECT_EQ(client.await(is_latched).guard_fault(), v1::GUARD_FAULT_STOPPED);
     EXPECT_TRUE(client.clear().ok());
   }
   process.signal(SIGTERM);
@@ -142,12 +134,8 @@ TEST(ServiceProcess, ACrashIsStillACrash) {
 TEST(ServiceProcess, RefusesASceneOnItsCommandLineThatAsksForMoreThanItsGuardAllows) {
   const TemporaryFolder folder;
   folder.write("wild.toml", "name = \"wild\"\n[guard]\nmax_power_w = 50\n");
-  expect_ended(
-      run({"--scenes", folder.path(""), "--scene", "wild"}), 2,
-      "scene 'wild', guard.max_power_w: more than this daemon allows (got 50 W); "
-      "accepted: "
-      "at most 2.5 W ([guard] max_power_w); change the scene, or raise max_power_w under [guard] in the "
-      "daemon's configuration and start it again");
+  expect_ended(run({"--scenes", folder.path(""), "--scene", "wild"}), 2,
+               "scene 'wild', guard.max_power_w: more than this daemon allows (got 50 W)");
   const std::string config = folder.write("hapticd.cfg", "[guard]\nmax_power_w = 50\n");
   const Ended allowed =
       run({"--config", config, "--scenes", folder.path(""), "--scene", "wild", "--check-config"});
@@ -234,10 +222,7 @@ TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
   expect_ended(run({"--rate-hz", "nan"}), 2, "--rate-hz: the loop rate is not finite");
   expect_ended(run({"--config", folder.path("none.toml")}), 2, "cannot read the file");
   const std::string config = folder.write("hapticd.toml", "[loop]\nrate_hz = 1000\ncup = 1\n");
-  expect_ended(run({"--config", config}), 2,
-               config +
-                   ", line 3: unknown key 'cup' in [loop]; accepted: rate_hz, fifo_priority, cpu, "
-                   "wake_early_share, lock_memory, keep_cpu_awake; did you mean 'cpu'?");
+  expect_ended(run({"--config", config}), 2, config + ", line 3: unknown key 'cup' in [loop]");
   expect_ended(run({"--scene", "tap1d"}), 2, "unknown scene 'tap1d'");
   expect_ended(run({"--scenes", folder.path("none")}), 2, "the scene folder cannot be read");
   expect_ended(run({"--models", folder.path("none")}), 2, "the model folder cannot be read");

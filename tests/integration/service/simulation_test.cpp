@@ -72,11 +72,8 @@ TEST(ServiceSimulation, RefusesProgramsThatMakeNoSense) {
 
 TEST(ServiceSimulation, ExistsOnlyOnASimulatedRig) {
   const TemporaryFolder folder;
-  server::DaemonConfig config = quiet_config();
-  config.rig = server::RigChoice::kReplay;
-  config.replay.loop = true;
-  config.replay.path = folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,0,1\n2,1,2\n3,0,0\n");
-  const RunningService service(config);
+  const RunningService service(config_that_replays(
+      folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,0,1\n2,1,2\n3,0,0\n")));
   const auto expect_not_simulated = [](const grpc::Status& status) {
     expect_refused(status, grpc::StatusCode::FAILED_PRECONDITION, "rig 'replay:run.csv'");
   };

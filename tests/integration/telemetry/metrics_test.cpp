@@ -2,9 +2,6 @@
 // other.
 
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -17,6 +14,7 @@
 #include "server/metrics/rig_metrics.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/http_get.h"
+#include "tests/support/loopback.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -78,12 +76,7 @@ TEST(Metrics, APortThatIsTakenIsNamed) {
 
 /// A connection that has sent this, of a request or all of it.
 int connection_saying(std::uint16_t port, std::string_view words) {
-  const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  EXPECT_EQ(connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  const int descriptor = connect_to_loopback(port);
   EXPECT_EQ(send(descriptor, words.data(), words.size(), MSG_NOSIGNAL), static_cast<ssize_t>(words.size()));
   return descriptor;
 }
