@@ -52,8 +52,8 @@ TEST(Metrics, ShowTheLoopTheGuardAndTheSubscribers) {
   EXPECT_LT(text.size(), 20'000U);
   EXPECT_EQ(http_get(port, "/").find("hapticd_loop"), std::string::npos);
 
-  const v1::StopResponse stopped = answer_of(*service.safety, &v1::SafetyService::Stub::Stop);
-  service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
+  ASSERT_TRUE(service.stop().ok());
+  service.await(is_latched);
   const std::string after = http_get(port, "/metrics");
   EXPECT_EQ(metric_in(after, "hapticd_guard_latched"), 1.0);
   EXPECT_EQ(metric_in(after, "hapticd_guard_latched_by{fault=\"stopped\"}"), 1.0);
@@ -64,13 +64,19 @@ TEST(Metrics, AreOffUnlessAsked) {
   EXPECT_EQ(service.daemon->metrics_port(), 0);
 }
 
+/// A server of these figures. `patience`: how long it waits for a request.
+std::unique_ptr<server::MetricsServer> started(std::chrono::milliseconds patience = std::chrono::hours(1),
+                                               const server::RigFigures& figures = {}) {
+  return std::move(*server::MetricsServer::start(
+      {"127.0.0.1", 0}, [figures] { return figures; }, patience));
+}
+
 TEST(Metrics, APortThatIsTakenIsNamed) {
-  const auto first = server::MetricsServer::start({"127.0.0.1", 0}, [] { return server::RigFigures{}; });
-  ASSERT_TRUE(first);
+  const auto first = started();
   const auto second =
-      server::MetricsServer::start({"127.0.0.1", (*first)->port()}, [] { return server::RigFigures{}; });
+      server::MetricsServer::start({"127.0.0.1", first->port()}, [] { return server::RigFigures{}; });
   ASSERT_FALSE(second);
-  EXPECT_EQ(second.error().value, "127.0.0.1:" + std::to_string((*first)->port()));
+  EXPECT_EQ(second.error().value, "127.0.0.1:" + std::to_string(first->port()));
   EXPECT_FALSE(second.error().remedy.empty());
 }
 
@@ -88,22 +94,17 @@ bool is_closed(int descriptor) {
 }
 
 TEST(Metrics, SlowConnectionsKeepNobodyOut) {
-  // None of them is ended by time: each has an hour.
-  const auto server = server::MetricsServer::start(
-      {"127.0.0.1", 0}, [] { return server::RigFigures{}; }, std::chrono::hours(1));
-  ASSERT_TRUE(server);
+  const auto server = started();  // none of them is ended by time
   std::vector<int> slow;
-  for (int i = 0; i < 200; ++i) slow.push_back(connection_saying((*server)->port(), "GET /met"));
-  EXPECT_NE(http_get((*server)->port(), "/metrics").find("hapticd_loop_ticks_total"), std::string::npos);
+  for (int i = 0; i < 200; ++i) slow.push_back(connection_saying(server->port(), "GET /met"));
+  EXPECT_NE(http_get(server->port(), "/metrics").find("hapticd_loop_ticks_total"), std::string::npos);
   EXPECT_TRUE(is_closed(slow.front())) << "the oldest makes room";
   for (const int descriptor : slow) close(descriptor);
 }
 
 TEST(Metrics, ASlowConnectionIsClosedInTime) {
-  const auto server = server::MetricsServer::start(
-      {"127.0.0.1", 0}, [] { return server::RigFigures{}; }, std::chrono::milliseconds(50));
-  ASSERT_TRUE(server);
-  const int slow = connection_saying((*server)->port(), "GET /met");
+  const auto server = started(std::chrono::milliseconds(50));
+  const int slow = connection_saying(server->port(), "GET /met");
   EXPECT_TRUE(is_closed(slow));
   close(slow);
 }
@@ -113,10 +114,8 @@ TEST(Metrics, AClientThatHasClosedItsWritingSideGetsAllOfALargeAnswer) {
   figures.parts.emplace_back();
   for (int i = 0; i < 200'000; ++i)  // some MB: more than the system keeps of what is sent
     figures.parts[0].figures.push_back({"reading_" + std::to_string(i), 1.0, ""});
-  const auto server = server::MetricsServer::start(
-      {"127.0.0.1", 0}, [&figures] { return figures; }, std::chrono::hours(1));
-  ASSERT_TRUE(server);
-  const int client = connection_saying((*server)->port(), "GET /metrics HTTP/1.1\r\n\r\n");
+  const auto server = started(std::chrono::hours(1), figures);
+  const int client = connection_saying(server->port(), "GET /metrics HTTP/1.1\r\n\r\n");
   ASSERT_EQ(shutdown(client, SHUT_WR), 0);
   std::string answer;
   std::vector<char> part(1U << 16U);
@@ -128,11 +127,10 @@ TEST(Metrics, AClientThatHasClosedItsWritingSideGetsAllOfALargeAnswer) {
 }
 
 TEST(Metrics, NothingElseIsAnswered) {
-  const auto server = server::MetricsServer::start({"127.0.0.1", 0}, [] { return server::RigFigures{}; });
-  ASSERT_TRUE(server);
-  EXPECT_TRUE(http_get((*server)->port(), "/metrics?name=x").starts_with("HTTP/1.1 200 "));
-  EXPECT_TRUE(http_get((*server)->port(), "/metrics2").starts_with("HTTP/1.1 404 "));
-  EXPECT_TRUE(http_get((*server)->port(), "/" + std::string(9000, 'a')).starts_with("HTTP/1.1 431 "));
+  const auto server = started();
+  EXPECT_TRUE(http_get(server->port(), "/metrics?name=x").starts_with("HTTP/1.1 200 "));
+  EXPECT_TRUE(http_get(server->port(), "/metrics2").starts_with("HTTP/1.1 404 "));
+  EXPECT_TRUE(http_get(server->port(), "/" + std::string(9000, 'a')).starts_with("HTTP/1.1 431 "));
 }
 
 TEST(Metrics, HistogramsAreThoseOfTheLoop) {

@@ -11,7 +11,6 @@
 
 #include "hapticd/v1/telemetry.grpc.pb.h"
 #include "server/grpc/messages/telemetry_encoding.h"
-#include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
 
 namespace hapticd::test {
@@ -240,20 +239,6 @@ TEST(TelemetryBlock, StreamsFromADaemon) {
   EXPECT_GE(rows, 200U);
   context->TryCancel();
   stream->Finish();
-}
-
-TEST(TelemetryBlock, AnUnknownEncodingIsRefused) {
-  const RunningService service;
-  v1::SubscribeRequest request;
-  request.set_encoding(static_cast<v1::TelemetryEncoding>(9));
-  const auto context = call_context();
-  const auto stream = v1::TelemetryService::NewStub(service.channel)->Subscribe(context.get(), request);
-  v1::TelemetryBatch batch;
-  EXPECT_FALSE(stream->Read(&batch));
-  const grpc::Status status = stream->Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(detail_of(status).where(), "SubscribeRequest.encoding");
-  EXPECT_EQ(detail_of(status).value(), "9");
 }
 
 }  // namespace

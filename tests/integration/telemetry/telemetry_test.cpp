@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <functional>
 #include <optional>
 
 #include "tests/integration/daemon_process.h"
@@ -96,50 +97,31 @@ TEST(ServiceTelemetry, DecimatesAndCarriesOnlyWhatExists) {
   EXPECT_EQ(reader.missing(), 0U);
 }
 
-TEST(ServiceTelemetry, AGroupThatTheSceneHasNotIsAskedForInVain) {
-  const RunningService service(config_with_scene("tap_1d"));
-  v1::SubscribeRequest request;
-  request.add_groups(v1::FIELD_GROUP_FUSION);
-  request.add_groups(v1::FIELD_GROUP_CONTACT);
-  Reader reader(service.address(), request);
-  while (reader.samples() < 100) {
-    ASSERT_TRUE(reader.read());
-    for (const v1::TelemetrySample& sample : reader.batch().samples()) {
-      EXPECT_TRUE(sample.has_contact());
-      EXPECT_FALSE(sample.has_fusion());
-    }
-  }
-}
-
 TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
   const RunningService service;
-  const auto refuse = [&service](const v1::SubscribeRequest& request) {
+  using Request = v1::SubscribeRequest;
+  const auto refused = [&service](const std::function<void(Request&)>& change, grpc::StatusCode code,
+                                  const std::string& field) {
+    Request request;
+    change(request);
     Reader reader(service.address(), request);
     EXPECT_FALSE(reader.read());
-    return reader.end();
+    expect_refused(reader.end(), code, "SubscribeRequest." + field);
   };
-  v1::SubscribeRequest unknown;
-  unknown.add_groups(v1::FIELD_GROUP_SAMPLE);
-  unknown.add_groups(static_cast<v1::FieldGroup>(42));
-  expect_refused(refuse(unknown), grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID,
-                 "SubscribeRequest.groups[1]");
-  v1::SubscribeRequest unspecified;
-  unspecified.add_groups(v1::FIELD_GROUP_UNSPECIFIED);
-  expect_refused(refuse(unspecified), grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID,
-                 "SubscribeRequest.groups[0]");
-  v1::SubscribeRequest rare;
-  rare.set_decimation(10001);
-  expect_refused(refuse(rare), grpc::StatusCode::OUT_OF_RANGE, v1::ERROR_REASON_OUT_OF_RANGE,
-                 "SubscribeRequest.decimation");
-  v1::SubscribeRequest batch;
-  batch.set_batch_size(1001);
-  EXPECT_EQ(detail_of(refuse(batch)).where(), "SubscribeRequest.batch_size");
-  v1::SubscribeRequest queue;
-  queue.set_queue_samples(99);
-  EXPECT_EQ(detail_of(refuse(queue)).where(), "SubscribeRequest.queue_samples");
-  EXPECT_EQ(service.await([](const v1::RigState& s) { return s.telemetry_subscribers() == 0; })
-                .telemetry_subscribers(),
-            0U);
+  using enum grpc::StatusCode;
+  refused(
+      [](Request& r) {
+        r.add_groups(v1::FIELD_GROUP_SAMPLE);
+        r.add_groups(static_cast<v1::FieldGroup>(42));
+      },
+      INVALID_ARGUMENT, "groups[1]");
+  refused([](Request& r) { r.add_groups(v1::FIELD_GROUP_UNSPECIFIED); }, INVALID_ARGUMENT, "groups[0]");
+  refused([](Request& r) { r.set_encoding(static_cast<v1::TelemetryEncoding>(9)); }, INVALID_ARGUMENT,
+          "encoding");
+  refused([](Request& r) { r.set_decimation(10001); }, OUT_OF_RANGE, "decimation");
+  refused([](Request& r) { r.set_batch_size(1001); }, OUT_OF_RANGE, "batch_size");
+  refused([](Request& r) { r.set_queue_samples(99); }, OUT_OF_RANGE, "queue_samples");
+  service.await([](const v1::RigState& s) { return s.telemetry_subscribers() == 0; });
 }
 
 TEST(ServiceTelemetry, AStalledSubscriberLosesOnlyItsOwnAndIsReportedHowMany) {

@@ -18,11 +18,10 @@ int feasible(const RunningService& service, const std::string& wait_s, std::stri
 
 TEST(HapticctlFeasible, WaitsForTheNextContact) {
   const RunningService service(config_with_scene("tap_1d"));
-  v1::SetHandProgramRequest press;
-  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
-  press.mutable_program()->set_force_n(2.0);
-  press.mutable_program()->set_hold_s(30.0);
-  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
+  service.set_hand(v1::HAND_PROGRAM_KIND_PRESS, [](v1::HandProgram& press) {
+    press.set_force_n(2.0);
+    press.set_hold_s(30.0);
+  });
   std::string errors;
   EXPECT_EQ(feasible(service, "60", &errors), 0) << errors;
 }

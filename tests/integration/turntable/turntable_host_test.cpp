@@ -15,6 +15,7 @@
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "tests/emulators/modbus/emulated_drive.h"
+#include "tests/support/eventually.h"
 #include "tests/support/quiet_loop.h"
 #include "tests/support/value_of.h"
 
@@ -118,11 +119,7 @@ TEST_F(AHost, AnAngleBeyondItsRangeIsNotOneThatIsNotFinite) {
 TEST_F(AHost, AStationIsNotBelievedWithoutAFreshPosition) {
   ASSERT_TRUE(home());
   drive.set_faults({.silent = true});
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-  while (host.table()->status().state != hal::TurntableState::kLost &&
-         std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  EXPECT_TRUE(test::eventually([&] { return host.table()->status().state == hal::TurntableState::kLost; }));
   const auto refusal = hapticd::test::error_of(host.require_station("sponge"));
   EXPECT_NE(refusal.error.value.find("lost"), std::string::npos);
 }

@@ -7,6 +7,7 @@
 #include "hapticd/v1/turntable.grpc.pb.h"
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/eventually.h"
 
 namespace hapticd::test {
 namespace {
@@ -41,32 +42,21 @@ class ServiceTurntable : public testing::Test {
   v1::Turntable get() const { return answer_of(*table, &v1::TurntableService::Stub::GetTurntable); }
   /// A motion to its end: its status, and how often it was informed of.
   grpc::Status home() const {
-    auto context = call_context();
-    auto reader = table->Home(context.get(), {});
-    v1::TurntableStatus progress;
-    while (reader->Read(&progress)) {
-    }
-    return reader->Finish();
+    const auto context = call_context();
+    v1::TurntableStatus last;
+    return read_all(*table->Home(context.get(), {}), last);
   }
   grpc::Status move(const v1::MoveToRequest& request, v1::TurntableStatus* last = nullptr) const {
-    auto context = call_context();
-    auto reader = table->MoveTo(context.get(), request);
-    v1::TurntableStatus progress;
-    while (reader->Read(&progress)) {
-      if (last != nullptr) *last = progress;
-    }
-    return reader->Finish();
+    const auto context = call_context();
+    v1::TurntableStatus unused;
+    return read_all(*table->MoveTo(context.get(), request), last != nullptr ? *last : unused);
   }
   /// Begins a slow motion and waits until the table has left its place.
   struct Motion {
     std::unique_ptr<grpc::ClientContext> context;
     std::unique_ptr<grpc::ClientReader<v1::TurntableStatus>> reader;
     v1::TurntableStatus last;
-    grpc::Status finish() {
-      while (reader->Read(&last)) {
-      }
-      return reader->Finish();
-    }
+    grpc::Status finish() { return read_all(*reader, last); }
   };
   Motion set_off(double target_deg = 170.0) const {
     Motion motion;
@@ -80,13 +70,8 @@ class ServiceTurntable : public testing::Test {
     return motion;
   }
   v1::Turntable await(v1::TurntableState state) const {
-    const auto until = std::chrono::steady_clock::now() + kTimeout;
-    v1::Turntable now = get();
-    while (now.status().state() != state && std::chrono::steady_clock::now() < until) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      now = get();
-    }
-    EXPECT_EQ(now.status().state(), state);
+    v1::Turntable now;
+    EXPECT_TRUE(eventually([&] { return (now = get()).status().state() == state; }));
     return now;
   }
   std::string object() const {
@@ -142,7 +127,7 @@ TEST_F(ServiceTurntable, RefusesWhatCannotBe) {
   EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_IDLE);  // none of it needed the port
 }
 
-TEST_F(ServiceTurntable, ACancelledCallStopsTheTable) {
+TEST_F(ServiceTurntable, ACallThatEndsStopsTheTable) {
   ASSERT_EQ(home().error_message(), "");
   Motion motion = set_off();
   motion.context->TryCancel();
@@ -150,16 +135,11 @@ TEST_F(ServiceTurntable, ACancelledCallStopsTheTable) {
   const v1::Turntable now = await(v1::TURNTABLE_STATE_STANDING);
   EXPECT_EQ(now.status().motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
   EXPECT_LT(now.status().position_deg(), 160.0);
-}
 
-TEST_F(ServiceTurntable, ADeadlineThatPassesStopsTheTable) {
-  ASSERT_EQ(home().error_message(), "");
-  auto context = call_context(std::chrono::milliseconds(700));
-  auto reader = table->MoveTo(context.get(), to_angle(170.0, 20.0));
-  v1::TurntableStatus progress;
-  while (reader->Read(&progress)) {
-  }
-  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  const auto context = call_context(std::chrono::milliseconds(700));
+  v1::TurntableStatus last;
+  EXPECT_EQ(read_all(*table->MoveTo(context.get(), to_angle(-170.0, 20.0)), last).error_code(),
+            grpc::StatusCode::DEADLINE_EXCEEDED);
   EXPECT_EQ(await(v1::TURNTABLE_STATE_STANDING).status().motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
 }
 
@@ -213,38 +193,26 @@ TEST_F(ServiceTurntable, DoesNotTurnWhileTheToolIsInContact) {
 
 TEST_F(ServiceTurntable, DoesNotTurnUnderLoadEvenWithoutAScene) {
   ASSERT_EQ(home().error_message(), "");
-  v1::SetHandProgramRequest press;
-  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
-  press.mutable_program()->set_force_n(3.0);
-  press.mutable_program()->set_hold_s(-1.0);
-  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
+  service.set_hand(v1::HAND_PROGRAM_KIND_PRESS, [](v1::HandProgram& press) {
+    press.set_force_n(3.0);
+    press.set_hold_s(-1.0);
+  });
   // A first touch may bounce: until it is pressed for a while.
-  for (int in_a_row = 0; in_a_row < 100 && std::chrono::steady_clock::now() < until;) {
-    in_a_row = get().has_interlock() ? in_a_row + 1 : 0;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  int in_a_row = 0;
+  EXPECT_TRUE(eventually([&] { return (in_a_row = get().has_interlock() ? in_a_row + 1 : 0) >= 100; }));
   expect_refused_saying(move(to_station("rubber")), grpc::StatusCode::FAILED_PRECONDITION,
                         "the tool is under load");
-}
-
-TEST_F(ServiceTurntable, DoesNotTurnWhileTheGuardIsLatched) {
-  ASSERT_EQ(home().error_message(), "");
-  ASSERT_TRUE(service.stop().ok());
-  service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
-  EXPECT_EQ(detail_of(move(to_station("rubber"))).what(), "the guard is latched");
 }
 
 TEST_F(ServiceTurntable, ContactOnTheWayStopsItAtOnce) {
   ASSERT_EQ(home().error_message(), "");
   // The hand is reported before: while the table turns it is not to be reported anything.
   ASSERT_TRUE(service.load("tap_1d").ok());
-  v1::SetHandProgramRequest press;
-  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
-  press.mutable_program()->set_force_n(2.0);
-  press.mutable_program()->set_approach_mm_per_s(4.0);
-  press.mutable_program()->set_hold_s(-1.0);
-  answer_of(*service.simulation, &v1::SimulationService::Stub::SetHandProgram, press);
+  service.set_hand(v1::HAND_PROGRAM_KIND_PRESS, [](v1::HandProgram& press) {
+    press.set_force_n(2.0);
+    press.set_approach_mm_per_s(4.0);
+    press.set_hold_s(-1.0);
+  });
   v1::TurntableStatus last;
   const grpc::Status status = move(to_angle(170.0, 5.0), &last);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED) << status.error_message();
@@ -278,21 +246,15 @@ TEST_F(ServiceTurntable, ADaemonThatEndsStopsTheTable) {
 TEST(ServiceWithoutTurntable, SaysSo) {
   const RunningService service;
   auto table = v1::TurntableService::NewStub(service.channel);
-  const Expected expected{grpc::StatusCode::FAILED_PRECONDITION,
-                          "this rig has no turntable",
-                          "turntable",
-                          "",
-                          "a rig with one",
-                          "set kind in [rig.turntable] of the configuration"};
+  const auto expect_none = [](const grpc::Status& status) {
+    expect_refused(status, grpc::StatusCode::FAILED_PRECONDITION, "turntable");
+  };
   v1::Turntable info;
-  expect_refused(table->GetTurntable(call_context().get(), {}, &info), expected);
+  expect_none(table->GetTurntable(call_context().get(), {}, &info));
   v1::TurntableStatus status;
-  expect_refused(table->StopTurntable(call_context().get(), {}, &status), expected);
-  auto context = call_context();
-  auto reader = table->Home(context.get(), {});
-  while (reader->Read(&status)) {
-  }
-  expect_refused(reader->Finish(), expected);
+  expect_none(table->StopTurntable(call_context().get(), {}, &status));
+  const auto context = call_context();
+  expect_none(read_all(*table->Home(context.get(), {}), status));
 }
 
 }  // namespace
