@@ -102,9 +102,7 @@ TEST(ServiceIdentification, FrictionStructureToolThresholdAndGainsConvergeTooOne
     one.ask(request);
     request.set_time_limit_s(300.0);
     request.set_adopt(true);
-    std::string id;
-    ASSERT_TRUE(ok(service.start(request, &id)));
-    const v1::IdentificationProgress end = service.watch(id);
+    const v1::IdentificationProgress end = service.end_of(request);
     EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_CONVERGED) << end.ShortDebugString().substr(0, 3000);
     EXPECT_NEAR(parameter_of(end, one.parameter).value(), one.expected, one.tolerance) << end.kind();
     EXPECT_EQ(service.state().scene(), "tap_1d") << end.kind() << ": " << end.problem().ShortDebugString();
@@ -171,9 +169,7 @@ TEST(ServiceIdentification, TheTargetThatWasInForceComesBackWithTheScene) {
   ASSERT_TRUE(service.set_target(target).ok());
   v1::StartIdentificationRequest request = contact("mine");
   request.set_time_limit_s(1.0);
-  std::string id;
-  ASSERT_TRUE(service.start(request, &id).ok());
-  const v1::IdentificationProgress result = service.watch(id);
+  const v1::IdentificationProgress result = service.end_of(request);
   EXPECT_NE(result.state(), v1::IDENTIFICATION_STATE_RUNNING);
   const v1::RigState state =
       service.await([](const v1::RigState& s) { return s.scene() == "tap_1d" && !s.in_contact(); });
@@ -203,8 +199,7 @@ TEST(ServiceIdentification, WhatWasGatheredInTooShortATimeIsKeptAsPartial) {
   v1::StartIdentificationRequest request = contact("mine");
   request.set_time_limit_s(5.0);
   request.set_adopt(true);
-  ASSERT_TRUE(service.start(request).ok());
-  const v1::IdentificationProgress end = service.watch();
+  const v1::IdentificationProgress end = service.end_of(request);
   EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_PARTIAL) << end.ShortDebugString().substr(0, 2000);
   EXPECT_NEAR(end.duration_s(), 5.0, 0.1);
   EXPECT_GT(end.missing_size(), 0);
@@ -221,35 +216,30 @@ TEST(ServiceIdentification, ARequestThatMakesNoSenseIsRefusedByItsField) {
     grpc::StatusCode code;
     std::string where;
   };
-  const auto place = [](const std::string& field) { return "StartIdentificationRequest" + field; };
   using R = v1::StartIdentificationRequest;
+  using enum grpc::StatusCode;
   const std::vector<Case> cases{
-      {[](R& r) { r.clear_contact(); }, grpc::StatusCode::INVALID_ARGUMENT, place("")},
-      {[](R& r) { r.set_object(""); }, grpc::StatusCode::INVALID_ARGUMENT, place(".object")},
-      {[](R& r) { r.set_object("../etc"); }, grpc::StatusCode::INVALID_ARGUMENT, place(".object")},
-      {[](R& r) { r.mutable_tool(); }, grpc::StatusCode::INVALID_ARGUMENT, place(".object")},
-      {[](R& r) { r.set_time_limit_s(kNaN); }, grpc::StatusCode::INVALID_ARGUMENT, place(".time_limit_s")},
-      {[](R& r) { r.set_time_limit_s(1e9); }, grpc::StatusCode::OUT_OF_RANGE, place(".time_limit_s")},
-      {[](R& r) { r.mutable_contact()->set_force_n(1e3); }, grpc::StatusCode::OUT_OF_RANGE,
-       place(".contact.force_n")},
-      {[](R& r) { r.mutable_contact()->set_force_n(kNaN); }, grpc::StatusCode::INVALID_ARGUMENT,
-       place(".contact.force_n")},
-      {[](R& r) { r.mutable_friction()->set_tip("feather"); }, grpc::StatusCode::INVALID_ARGUMENT,
-       place(".friction.tip")},
-      {[](R& r) { r.set_recording("recording-9"); }, grpc::StatusCode::NOT_FOUND, place(".recording")},
+      {[](R& r) { r.clear_contact(); }, INVALID_ARGUMENT, ""},
+      {[](R& r) { r.set_object(""); }, INVALID_ARGUMENT, ".object"},
+      {[](R& r) { r.set_object("../etc"); }, INVALID_ARGUMENT, ".object"},
+      {[](R& r) { r.mutable_tool(); }, INVALID_ARGUMENT, ".object"},
+      {[](R& r) { r.set_time_limit_s(kNaN); }, INVALID_ARGUMENT, ".time_limit_s"},
+      {[](R& r) { r.set_time_limit_s(1e9); }, OUT_OF_RANGE, ".time_limit_s"},
+      {[](R& r) { r.mutable_contact()->set_force_n(1e3); }, OUT_OF_RANGE, ".contact.force_n"},
+      {[](R& r) { r.mutable_contact()->set_force_n(kNaN); }, INVALID_ARGUMENT, ".contact.force_n"},
+      {[](R& r) { r.mutable_friction()->set_tip("feather"); }, INVALID_ARGUMENT, ".friction.tip"},
+      {[](R& r) { r.set_recording("recording-9"); }, NOT_FOUND, ".recording"},
       {[](R& r) {
          r.mutable_gains();
          r.set_object("");
          r.set_recording("recording-9");
        },
-       grpc::StatusCode::INVALID_ARGUMENT, place(".recording")},
+       INVALID_ARGUMENT, ".recording"},
   };
   for (const Case& one : cases) {
     R request = contact("mine");
     one.spoil(request);
-    const grpc::Status status = service.start(request);
-    EXPECT_EQ(status.error_code(), one.code) << status.error_message();
-    EXPECT_EQ(detail_of(status).where(), one.where) << status.error_message();
+    expect_refused(service.start(request), one.code, "StartIdentificationRequest" + one.where);
   }
   v1::ListIdentificationsResponse list;
   ASSERT_TRUE(service.stub->ListIdentifications(call_context().get(), {}, &list).ok());
@@ -274,8 +264,7 @@ TEST(ServiceIdentification, ARecordingIsUploadedAndIdentified) {
   v1::StartIdentificationRequest request = contact("formula");
   request.mutable_contact()->set_law(v1::CONTACT_LAW_HUNT_CROSSLEY);
   request.set_recording(uploaded.recording());
-  ASSERT_TRUE(service.start(request).ok());
-  const v1::IdentificationProgress end = service.watch();
+  const v1::IdentificationProgress end = service.end_of(request);
   ASSERT_FALSE(end.model().empty()) << end.ShortDebugString().substr(0, 3000);
   EXPECT_NEAR(parameter_of(end, "exponent").value(), 1.5, 0.03);
   EXPECT_NEAR(parameter_of(end, "stiffness_n_per_mm_m").value(), 0.2, 0.01);

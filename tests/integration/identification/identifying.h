@@ -64,6 +64,12 @@ class Identifying : public RunningService {
     EXPECT_TRUE(enough || status.ok()) << status.error_message();
     return progress;
   }
+  /// Starts it and watches to its end.
+  v1::IdentificationProgress end_of(const v1::StartIdentificationRequest& request) const {
+    std::string id;
+    EXPECT_TRUE(ok(start(request, &id)));
+    return watch(id);
+  }
   grpc::Status cancel(v1::IdentificationProgress* progress = nullptr) const {
     v1::IdentificationProgress unused;
     return stub->CancelIdentification(call_context().get(), {}, progress != nullptr ? progress : &unused);

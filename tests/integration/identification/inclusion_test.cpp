@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <string>
 
@@ -122,8 +123,7 @@ TEST(ServiceInclusion, IsIdentifiedStoredAndRendered) {
     ASSERT_TRUE(service.upload(csv, &uploaded).ok());
     v1::StartIdentificationRequest request = inclusion_request("again", uploaded.recording());
     if (as_telemetry) request.mutable_inclusion()->set_tip_radius_mm(8.0);  // the other time it is not known
-    ASSERT_TRUE(service.start(request).ok());
-    const v1::IdentificationProgress again = service.watch();
+    const v1::IdentificationProgress again = service.end_of(request);
     EXPECT_EQ(again.state(), v1::IDENTIFICATION_STATE_CONVERGED) << again.ShortDebugString().substr(0, 3000);
     expect_phantoms_place(again);
   }
@@ -155,40 +155,29 @@ TEST(ServiceInclusion, ARecordingWithoutForceOrPositionOrWithAWrongUnitIsRefused
   }
 }
 
-TEST(ServiceInclusion, AReferenceMustBeThereAndHaveALaw) {
+TEST(ServiceInclusion, ARequestThatMakesNoSenseIsRefused) {
   const Identifying service(touching("phantom"));
-  v1::StartIdentificationRequest request = inclusion_request("lump");
-  request.mutable_inclusion()->set_reference_model("nobody");
-  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::NOT_FOUND);
-  request.mutable_inclusion()->set_reference_recording("recording-9");
-  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "two references";
-  request.mutable_inclusion()->clear_reference_model();
-  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::NOT_FOUND);
-  request = inclusion_request("lump");
-  request.mutable_inclusion()->set_known_depth_mm(25.0);
-  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "no reference";
-  request = inclusion_request("lump");
-  request.mutable_inclusion()->set_reach_mm(1.0);
-  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::OUT_OF_RANGE);
-  request = inclusion_request("lump");
-  request.mutable_inclusion()->set_tip_radius_mm(21.0);
-  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::OUT_OF_RANGE);
-  request = inclusion_request("");
-  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "no object";
-}
-
-TEST(ServiceInclusion, ASceneThatNamesAModelThatIsNotThereSaysWhichAre) {
-  const Identifying service(touching("phantom"));
-  v1::LoadSceneRequest load;
-  load.set_toml(scene_with("lmp"));
-  v1::LoadSceneResponse loaded;
-  EXPECT_EQ(service.scene->LoadScene(call_context().get(), load, &loaded).error_code(),
-            grpc::StatusCode::NOT_FOUND);
-  // What the model says cannot be said twice.
-  load.set_toml(scene_with("lump") + "place_mm = [0, 0, -25]\n");
-  const grpc::Status twice = service.scene->LoadScene(call_context().get(), load, &loaded);
-  EXPECT_EQ(twice.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_NE(twice.error_message().find("place_mm"), std::string::npos) << twice.error_message();
+  using Asked = v1::InclusionTask;
+  using enum grpc::StatusCode;
+  const auto refused = [&](const std::function<void(Asked&)>& change, grpc::StatusCode code,
+                           const std::string& object = "lump") {
+    v1::StartIdentificationRequest request = inclusion_request(object);
+    change(*request.mutable_inclusion());
+    EXPECT_EQ(service.start(request).error_code(), code);
+  };
+  refused([](Asked& a) { a.set_reference_model("nobody"); }, NOT_FOUND);
+  refused([](Asked& a) { a.set_reference_recording("recording-9"); }, NOT_FOUND);
+  refused(
+      [](Asked& a) {
+        a.set_reference_model("nobody");
+        a.set_reference_recording("recording-9");
+      },
+      INVALID_ARGUMENT);
+  refused([](Asked& a) { a.set_known_depth_mm(25.0); }, INVALID_ARGUMENT);  // without a reference
+  refused([](Asked& a) { a.set_reach_mm(1.0); }, OUT_OF_RANGE);
+  refused([](Asked& a) { a.set_tip_radius_mm(21.0); }, OUT_OF_RANGE);
+  refused([](Asked&) {}, INVALID_ARGUMENT, "");
+  expect_refused_for(service.load_toml(scene_with("lmp")), NOT_FOUND, v1::ERROR_REASON_NOT_FOUND);
 }
 
 }  // namespace

@@ -26,9 +26,7 @@ v1::IdentificationProgress identified(const Identifying& service, const std::str
   v1::UploadRecordingResponse uploaded;
   EXPECT_TRUE(service.upload(csv, &uploaded, description).ok());
   request.set_recording(uploaded.recording());
-  std::string id;
-  EXPECT_TRUE(ok(service.start(request, &id)));
-  return service.watch(id);
+  return service.end_of(request);
 }
 
 grpc::Status refusal_of(const Identifying& service, const std::string& csv, Start request,
@@ -55,27 +53,48 @@ std::string along_one_axis(const std::string& header) {
   return csv.str();
 }
 
+/// A daemon that keeps what it identified, with this object on its rig.
+class Keeping {
+ public:
+  explicit Keeping(const std::string& object) : service_(config(object)) {}
+  const Identifying& service() const { return service_; }
+  /// Identifies on the rig; what was found.
+  v1::IdentificationProgress live(const Start& request) {
+    const v1::IdentificationProgress end = service_.end_of(request);
+    EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_CONVERGED) << end.ShortDebugString().substr(0, 3000);
+    csv = file_text(folder_.path("models.sqlite.data/") + end.identification() + ".csv");
+    return end;
+  }
+  /// Identifies on what was kept.
+  v1::IdentificationProgress again(const Start& request) const {
+    const v1::IdentificationProgress end = identified(service_, csv, request);
+    EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_CONVERGED) << end.ShortDebugString().substr(0, 2000);
+    return end;
+  }
+  std::string csv;
+
+ private:
+  server::DaemonConfig config(const std::string& object) const {
+    server::DaemonConfig config = touching(object);
+    config.model_store = folder_.path("models.sqlite");
+    return config;
+  }
+  TemporaryFolder folder_;
+  Identifying service_;
+};
+
 TEST(ServiceStructuralRecording, WhatTheRigKeptSaysTheSameAsTheRig) {
-  const TemporaryFolder folder;
-  server::DaemonConfig config = touching("none");
-  config.model_store = folder.path() + "/models.sqlite";
-  const Identifying service(config);
+  Keeping rig("none");
   Start request;
   request.mutable_structural_stiffness()->set_constant(true);
   request.set_time_limit_s(300.0);
-  std::string id;
-  ASSERT_TRUE(service.start(request, &id).ok());
-  const v1::IdentificationProgress live = service.watch(id);
-  ASSERT_EQ(live.state(), v1::IDENTIFICATION_STATE_CONVERGED) << live.ShortDebugString().substr(0, 2000);
-
-  const std::string csv = file_text(*config.model_store + ".data/" + id + ".csv");
-  ASSERT_NE(csv.find("external_x_mm"), std::string::npos);
+  const v1::IdentificationProgress live = rig.live(request);
+  ASSERT_NE(rig.csv.find("external_x_mm"), std::string::npos);
   request.set_adopt(true);
-  const v1::IdentificationProgress again = identified(service, csv, request);
-  ASSERT_EQ(again.state(), v1::IDENTIFICATION_STATE_CONVERGED) << again.ShortDebugString().substr(0, 2000);
+  const v1::IdentificationProgress again = rig.again(request);
   EXPECT_NEAR(stiffness_in(again) / stiffness_in(live), 1.0, 1e-3);
   EXPECT_NEAR(stiffness_in(again), 2.537, 0.03);
-  const v1::StoredModel stored = service.stored(again.model());
+  const v1::StoredModel stored = rig.service().stored(again.model());
   EXPECT_EQ(stored.device(), "phantom_1_5_high_force") << "to adopt it is to say that it is of this rig";
   ASSERT_EQ(stored.tags_size(), 1);
   EXPECT_EQ(stored.tags(0), "current");
@@ -91,7 +110,7 @@ TEST(ServiceStructuralRecording, WhatTheRigKeptSaysTheSameAsTheRig) {
   map("device_force", "command_z_N", 1.0);
   map("external", "external_z_mm", -1.0);
   request.set_adopt(false);
-  const v1::IdentificationProgress along = identified(service, csv, request, one_axis);
+  const v1::IdentificationProgress along = identified(rig.service(), rig.csv, request, one_axis);
   EXPECT_EQ(along.state(), v1::IDENTIFICATION_STATE_PARTIAL)
       << "one axis does not say where the presses were";
   EXPECT_NEAR(stiffness_in(along), 2.537, 0.03);
@@ -99,23 +118,15 @@ TEST(ServiceStructuralRecording, WhatTheRigKeptSaysTheSameAsTheRig) {
 }
 
 TEST(ServiceStructuralRecording, WhatTheRigKeptOfARigidObjectSaysTheSame) {
-  const TemporaryFolder folder;
-  server::DaemonConfig config = touching("wood_plate");
-  config.model_store = folder.path() + "/models.sqlite";
-  const Identifying service(config);
+  Keeping rig("wood_plate");
   Start request;
   request.mutable_structural_stiffness()->set_rigid_contact(true);
   request.mutable_structural_stiffness()->set_least_object_stiffness_n_per_mm(40.0);  // the plate has 50
   request.set_time_limit_s(300.0);
-  std::string id;
-  ASSERT_TRUE(service.start(request, &id).ok());
-  const v1::IdentificationProgress live = service.watch(id);
-  ASSERT_EQ(live.state(), v1::IDENTIFICATION_STATE_CONVERGED) << live.ShortDebugString().substr(0, 3000);
+  const v1::IdentificationProgress live = rig.live(request);
   EXPECT_EQ(parameter_of(live, "least_object_stiffness_n_per_mm").value(), 40.0);
 
-  const std::string csv = file_text(*config.model_store + ".data/" + id + ".csv");
-  const v1::IdentificationProgress again = identified(service, csv, request);
-  ASSERT_EQ(again.state(), v1::IDENTIFICATION_STATE_CONVERGED) << again.ShortDebugString().substr(0, 2000);
+  const v1::IdentificationProgress again = rig.again(request);
   EXPECT_NEAR(stiffness_in(again) / stiffness_in(live), 1.0, 5e-3);
   EXPECT_NEAR(parameter_of(again, "object_force_over_device_force").value(),
               parameter_of(live, "object_force_over_device_force").value(), 0.02)
