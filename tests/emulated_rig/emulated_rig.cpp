@@ -1,8 +1,5 @@
 #include "tests/emulated_rig/emulated_rig.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <chrono>
 #include <cstdlib>
 #include <string>
@@ -12,33 +9,13 @@
 #include "hal/netft/netft_sensor.h"
 #include "hal/openhaptics/openhaptics_device.h"
 #include "tests/emulated_rig/board_parts.h"
+#include "tests/support/monotonic_ns.h"
+#include "tests/support/priority_while_starting.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::test {
 
 namespace {
-
-/// Gives the priority to threads while they are started: they inherit it from the thread that starts them.
-class PriorityWhileStarting {
- public:
-  explicit PriorityWhileStarting(int fifo_priority) {
-    if (fifo_priority == 0) return;
-    pthread_getschedparam(pthread_self(), &policy_, &parameter_);
-    sched_param wanted{};
-    wanted.sched_priority = fifo_priority;
-    granted_ = pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) == 0;
-  }
-  ~PriorityWhileStarting() {
-    if (granted_) pthread_setschedparam(pthread_self(), policy_, &parameter_);
-  }
-  PriorityWhileStarting(const PriorityWhileStarting&) = delete;
-  PriorityWhileStarting& operator=(const PriorityWhileStarting&) = delete;
-
- private:
-  int policy_ = SCHED_OTHER;
-  sched_param parameter_{};
-  bool granted_ = false;
-};
 
 emulators::NetFtBoxSettings fed_box() {
   emulators::NetFtBoxSettings settings;

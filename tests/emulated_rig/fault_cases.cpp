@@ -118,51 +118,27 @@ FaultPlan stream_taken(EmulatedRig& rig) {
   plan.first = GuardFault::kSensorStale;
   return plan;
 }
-FaultPlan box_restart(EmulatedRig& rig) {
-  FaultPlan plan = with_a_record(
-      rig, GuardFault::kSensorStale, true, [&rig] { rig.box().restart(0.5); }, nullptr);
-  return plan;
-}
 FaultPlan saturated_counts(EmulatedRig& rig) {
   return with_a_record(
       rig, GuardFault::kSensorSaturated, false,
       [&rig] { rig.box().saturate_counts(std::numeric_limits<std::int32_t>::max()); },
       [&rig] { rig.box().saturate_counts(std::nullopt); });
 }
-FaultPlan latched_condition(EmulatedRig& rig) {
+FaultPlan box_restart(EmulatedRig& rig) {
   return with_a_record(
-      rig, GuardFault::kSensorWarning, false, [&rig] { rig.box().set_status(0x80010000); },
-      [&rig] { rig.box().set_status(0); });
+      rig, GuardFault::kSensorStale, true, [&rig] { rig.box().restart(0.5); }, nullptr);
 }
-FaultPlan unplugged(EmulatedRig& rig) {
+/// A field of the device that is wrong for a while.
+template <auto kField, auto kWrong, auto kSound, GuardFault kFault>
+FaultPlan device_field(EmulatedRig& rig) {
   return between_ticks(
-      rig, GuardFault::kDeviceFault, [&rig] { rig.page().device().unplugged = true; },
-      [&rig] { rig.page().device().unplugged = false; });
-}
-FaultPlan nan_position(EmulatedRig& rig) {
-  return between_ticks(
-      rig, GuardFault::kDeviceFault, [&rig] { rig.page().device().position_is_nan = true; },
-      [&rig] { rig.page().device().position_is_nan = false; });
-}
-FaultPlan nan_transform(EmulatedRig& rig) {
-  return between_ticks(
-      rig, GuardFault::kDeviceFault, [&rig] { rig.page().device().transform_is_nan = true; },
-      [&rig] { rig.page().device().transform_is_nan = false; });
+      rig, kFault, [&rig] { rig.page().device().*kField = kWrong; },
+      [&rig] { rig.page().device().*kField = kSound; });
 }
 FaultPlan warm_motors(EmulatedRig& rig) {
   return between_ticks(
       rig, GuardFault::kDeviceWarm, [&rig] { rig.page().device().motor_temperature[1] = 0.95; },
       [&rig] { rig.page().device().motor_temperature[1] = 0.2; });
-}
-FaultPlan calibration_lost(EmulatedRig& rig) {
-  return between_ticks(
-      rig, GuardFault::kDeviceNotReady, [&rig] { rig.page().device().calibration_state = 0x5002; },
-      [&rig] { rig.page().device().calibration_state = 0x5000; });
-}
-FaultPlan output_switched_off(EmulatedRig& rig) {
-  return between_ticks(
-      rig, GuardFault::kDeviceNotReady, [&rig] { rig.page().device().force_enabled = false; },
-      [&rig] { rig.page().device().force_enabled = true; });
 }
 
 // -- board
@@ -182,25 +158,21 @@ FaultPlan between_ticks(BoardRig& rig, GuardFault fault, std::function<void()> m
   return plan;
 }
 
-FaultPlan gauge_at_rail(BoardRig& rig) {
+/// A fault of the board that is switched on and off.
+template <auto kSwitch, GuardFault kFault>
+FaultPlan board_switch(BoardRig& rig) {
   return between_ticks(
-      rig, GuardFault::kSensorSaturated, [&rig] { rig.board().put_rail(2, 10.0); },
-      [&rig] { rig.board().repair_gauges(); });
+      rig, kFault, [&rig] { (rig.board().*kSwitch)(true); }, [&rig] { (rig.board().*kSwitch)(false); });
 }
 FaultPlan gauge_nan(BoardRig& rig) {
   return between_ticks(
       rig, GuardFault::kSensorFault, [&rig] { rig.board().put_nan(); },
       [&rig] { rig.board().repair_gauges(); });
 }
-FaultPlan acquisition_stopped(BoardRig& rig) {
+FaultPlan gauge_at_rail(BoardRig& rig) {
   return between_ticks(
-      rig, GuardFault::kSensorLost, [&rig] { rig.board().stop_scans(); },
-      [&rig] { rig.board().stop_scans(false); });
-}
-FaultPlan scans_mute(BoardRig& rig) {
-  return between_ticks(
-      rig, GuardFault::kSensorStale, [&rig] { rig.board().mute_scans(); },
-      [&rig] { rig.board().mute_scans(false); });
+      rig, GuardFault::kSensorSaturated, [&rig] { rig.board().put_rail(2, 10.0); },
+      [&rig] { rig.board().repair_gauges(); });
 }
 FaultPlan scans_lost(BoardRig& rig) {
   return between_ticks(
@@ -215,11 +187,6 @@ FaultPlan encoder_jump(BoardRig& rig) {
         rig.pass(1.5);
         rig.device().home();
       });
-}
-FaultPlan counters_fail(BoardRig& rig) {
-  return between_ticks(
-      rig, GuardFault::kDeviceFault, [&rig] { rig.board().fail_counters(); },
-      [&rig] { rig.board().fail_counters(false); });
 }
 FaultPlan outputs_fail(BoardRig& rig) {
   // The write of the next tick is the first that fails, and the sample after it the first to know.
@@ -285,6 +252,7 @@ FaultPlan time_jump(BoardRig& rig) {
 
 const std::vector<FaultCase<EmulatedRig>>& live_fault_cases() {
   using enum GuardFault;
+  using Device = emulators::HdPageDevice;
   static const std::vector<FaultCase<EmulatedRig>> all{
       {"silence", "netft", "sends nothing any more", kSensorStale, silence},
       {"stream_taken", "netft", "sends to someone else and takes no request", kSensorLost, stream_taken},
@@ -297,10 +265,14 @@ const std::vector<FaultCase<EmulatedRig>>& live_fault_cases() {
       {"status_excitation", "netft", "status bit 9", kSensorFault, status_word<0x80000200, kSensorFault>},
       {"status_link", "netft", "status bit 4", kSensorFault, status_word<0x80000010, kSensorFault>},
       {"status_summary", "netft", "status bit 31 alone", kSensorFault, status_word<0x80000000, kSensorFault>},
-      {"condition_latched", "netft", "status bit 16", kSensorWarning, latched_condition},
-      {"unplugged", "openhaptics", "communication error in every frame", kDeviceFault, unplugged},
-      {"nan_position", "openhaptics", "HD_CURRENT_POSITION is NaN", kDeviceFault, nan_position},
-      {"nan_transform", "openhaptics", "HD_CURRENT_TRANSFORM is NaN", kDeviceFault, nan_transform},
+      {"condition_latched", "netft", "status bit 16", kSensorWarning,
+       status_word<0x80010000, kSensorWarning>},
+      {"unplugged", "openhaptics", "communication error in every frame", kDeviceFault,
+       device_field<&Device::unplugged, true, false, kDeviceFault>},
+      {"nan_position", "openhaptics", "HD_CURRENT_POSITION is NaN", kDeviceFault,
+       device_field<&Device::position_is_nan, true, false, kDeviceFault>},
+      {"nan_transform", "openhaptics", "HD_CURRENT_TRANSFORM is NaN", kDeviceFault,
+       device_field<&Device::transform_is_nan, true, false, kDeviceFault>},
       {"force_error", "openhaptics", "HD_FORCE_ERROR once", kDeviceFault, frame_error<0x204, kDeviceFault>},
       {"exceeded_force", "openhaptics", "HD_EXCEEDED_MAX_FORCE once", kDeviceOverForce,
        frame_error<0x201, kDeviceOverForce>},
@@ -311,8 +283,9 @@ const std::vector<FaultCase<EmulatedRig>>& live_fault_cases() {
       {"warm_error", "openhaptics", "HD_WARM_MOTORS once", kDeviceWarm, frame_error<0x200, kDeviceWarm>},
       {"warm_motors", "openhaptics", "a motor at 0.95 of what it bears", kDeviceWarm, warm_motors},
       {"calibration_lost", "openhaptics", "calibration needs manual input", kDeviceNotReady,
-       calibration_lost},
-      {"output_off", "openhaptics", "switches its force output off", kDeviceNotReady, output_switched_off},
+       device_field<&Device::calibration_state, 0x5002U, 0x5000U, kDeviceNotReady>},
+      {"output_off", "openhaptics", "switches its force output off", kDeviceNotReady,
+       device_field<&Device::force_enabled, false, true, kDeviceNotReady>},
       {"stall_70_ms", "openhaptics", "scheduler pauses 70 ms", kLoopGap, scheduler_stall<70, kLoopGap>},
       {"stall_150_ms", "openhaptics", "scheduler pauses 150 ms", kDeviceFault,
        scheduler_stall<150, kDeviceFault>},
@@ -322,14 +295,18 @@ const std::vector<FaultCase<EmulatedRig>>& live_fault_cases() {
 
 const std::vector<FaultCase<BoardRig>>& board_fault_cases() {
   using enum GuardFault;
+  using Board = emulators::ScriptedBoard;
   static const std::vector<FaultCase<BoardRig>> all{
       {"gauge_at_rail", "board", "a gauge at 10 V", kSensorSaturated, gauge_at_rail},
       {"gauge_nan", "board", "gauges read NaN", kSensorFault, gauge_nan},
-      {"acquisition_stopped", "board", "acquisition stops, and says so", kSensorLost, acquisition_stopped},
-      {"scans_mute", "board", "no scans any more", kSensorStale, scans_mute},
+      {"acquisition_stopped", "board", "acquisition stops, and says so", kSensorLost,
+       board_switch<&Board::stop_scans, kSensorLost>},
+      {"scans_mute", "board", "no scans any more", kSensorStale,
+       board_switch<&Board::mute_scans, kSensorStale>},
       {"scans_lost", "board", "four scans lost", kSensorWarning, scans_lost},
       {"encoder_jump", "board", "an encoder jumps by 2500 counts", kDeviceFault, encoder_jump},
-      {"counters_fail", "board", "counters cannot be read", kDeviceFault, counters_fail},
+      {"counters_fail", "board", "counters cannot be read", kDeviceFault,
+       board_switch<&Board::fail_counters, kDeviceFault>},
       {"outputs_fail", "board", "outputs take nothing", kDeviceFault, outputs_fail},
       {"board_gone", "board", "the whole board vanishes", kDeviceFault, board_gone},
       {"no_commands", "board", "no command for 25 ms", kCommandStale, no_commands},

@@ -1,9 +1,8 @@
 #include "tests/emulated_rig/identify_run.h"
 
-#include <algorithm>
-
 #include "server/identification/palpation/requested_scene.h"
 #include "server/identification/palpation/simulated_palpator.h"
+#include "tests/support/ticks/lateness.h"
 #include "tests/support/turn.h"
 
 namespace hapticd::test {
@@ -17,15 +16,6 @@ constexpr double kLateSensorMs = 1000.0;
 constexpr double kLateLoopMs = 1000.0;
 constexpr std::uint64_t kTicksBetweenLooks = 5;
 
-/// Half a millisecond twice a second, 5 ms every three seconds; those that could not be in time either.
-std::vector<double> late_ticks_us() {
-  std::vector<double> late(6'000, 0.0);
-  for (std::size_t i = 499; i < late.size(); i += 500) late[i] = 500.0;
-  for (std::size_t i = 2'999; i < late.size(); i += 3'000) late[i] = 5'000.0;
-  for (std::size_t i = 1; i < late.size(); ++i) late[i] = std::max(late[i], late[i - 1] - 1'000.0);
-  return late;
-}
-
 }  // namespace
 
 RunConfig rig_for_identification(const sim::SimulationConfig& simulation) {
@@ -37,7 +27,7 @@ RunConfig rig_for_identification(const sim::SimulationConfig& simulation) {
   config.scene.wall_position_mm = 500.0;
   config.scene.target = rt::linear_target(0.5);
   config.scene.guard.sensor_stale_after_ms = 0.0;
-  config.late_us = late_ticks_us();
+  config.late_us = lateness_us(6'000, {{500, 500.0}, {3'000, 5'000.0}});
   return config;
 }
 

@@ -1,14 +1,8 @@
 #include "tests/emulated_rig/tapped_rig.h"
 
-#include <time.h>
+#include "tests/support/monotonic_ns.h"
 
 namespace hapticd::test {
-
-std::int64_t monotonic_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{1'000'000'000} * now.tv_sec + now.tv_nsec;
-}
 
 TappedRig::TappedRig(hal::Rig& rig, std::function<double()> standing_n)
     : rig_(rig), standing_n_(std::move(standing_n)), series_(kMaxTicks) {}

@@ -65,6 +65,4 @@ class TappedRig final : public hal::Rig {
   std::atomic<std::uint64_t> done_after_{0};
 };
 
-std::int64_t monotonic_ns() noexcept;
-
 }  // namespace hapticd::test

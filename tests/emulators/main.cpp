@@ -29,6 +29,7 @@
 #include "tests/emulators/netft/netft_box.h"
 #include "tests/emulators/openhaptics/page.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/ticks/lateness.h"
 #include "tests/support/ticks/tick_sequence.h"
 #include "tests/support/turn.h"
 
@@ -76,17 +77,10 @@ std::unique_ptr<emulators::HdPage> open_page(const std::string& path) {
 /// Lateness of each tick against even times: as recorded in a file, or "builtin": half a millisecond twice a
 /// second, 5 ms every three seconds, 30 ms every ten.
 std::vector<double> late_ticks_of(const std::string& text) {
-  std::vector<double> late_us;
   if (text == "builtin") {
-    late_us.assign(30'000, 0.0);
-    for (std::size_t i = 499; i < late_us.size(); i += 500) late_us[i] = 500.0;
-    for (std::size_t i = 2999; i < late_us.size(); i += 3000) late_us[i] = 5000.0;
-    for (std::size_t i = 9999; i < late_us.size(); i += 10'000) late_us[i] = 30'000.0;
-    // Those that could not be in time either.
-    for (std::size_t i = 1; i < late_us.size(); ++i)
-      late_us[i] = std::max(late_us[i], late_us[i - 1] - 1000.0);
-    return late_us;
+    return test::lateness_us(30'000, {{500, 500.0}, {3'000, 5'000.0}, {10'000, 30'000.0}});
   }
+  std::vector<double> late_us;
   const auto sequence = test::TickSequence::load(text);
   if (!sequence) throw std::runtime_error(sequence.error().text());
   double passed_us = 0.0;

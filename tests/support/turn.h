@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "hal/samples.h"
@@ -31,27 +32,13 @@ inline hal::Quaternion turn_about(const hal::Vector3& axis, double angle_deg) no
 /// The simulated world lies in the rig turned by this: the hand, which presses along -z and strokes along x,
 /// then presses along `press` and strokes along the part of `line` that is across it. Both of any length.
 inline hal::Quaternion turn_of_world(const hal::Vector3& press, const hal::Vector3& line) noexcept {
-  const auto of_length_1 = [](const hal::Vector3& v) { return v * (1.0 / std::sqrt(dot(v, v))); };
-  const hal::Vector3 z = of_length_1(press) * -1.0;
-  const hal::Vector3 x = of_length_1(line - z * dot(line, z));
-  const hal::Vector3 y{z.y * x.z - z.z * x.y, z.z * x.x - z.x * x.z, z.x * x.y - z.y * x.x};
-  // Columns x y z of the rotation; the largest of the four components first.
-  const double trace = x.x + y.y + z.z;
-  hal::Quaternion q;
-  if (trace > 0.0) {
-    const double s = 2.0 * std::sqrt(trace + 1.0);
-    q = {0.25 * s, (y.z - z.y) / s, (z.x - x.z) / s, (x.y - y.x) / s};
-  } else if (x.x > y.y && x.x > z.z) {
-    const double s = 2.0 * std::sqrt(1.0 + x.x - y.y - z.z);
-    q = {(y.z - z.y) / s, 0.25 * s, (y.x + x.y) / s, (z.x + x.z) / s};
-  } else if (y.y > z.z) {
-    const double s = 2.0 * std::sqrt(1.0 + y.y - x.x - z.z);
-    q = {(z.x - x.z) / s, (y.x + x.y) / s, 0.25 * s, (z.y + y.z) / s};
-  } else {
-    const double s = 2.0 * std::sqrt(1.0 + z.z - x.x - y.y);
-    q = {(x.y - y.x) / s, (z.x + x.z) / s, (z.y + y.z) / s, 0.25 * s};
-  }
-  return q;
+  const Eigen::Vector3d along(line.x, line.y, line.z);
+  Eigen::Matrix3d axes;
+  axes.col(2) = -Eigen::Vector3d(press.x, press.y, press.z).normalized();
+  axes.col(0) = (along - along.dot(axes.col(2)) * axes.col(2)).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  const Eigen::Quaterniond q(axes);
+  return {q.w(), q.x(), q.y(), q.z()};
 }
 
 }  // namespace hapticd::test

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "hal/sim/device/arm.h"
+#include "tests/support/monotonic_ns.h"
 #include "tests/support/turn.h"
 
 namespace hapticd::emulators {
@@ -31,12 +32,6 @@ Vector3 to_rig(const Vector3& vendor) noexcept {
 Quaternion to_vendor(const Quaternion& q) noexcept {
   const double h = std::sqrt(0.5);
   return {h * (q.w + q.x), h * (q.x - q.w), h * (q.y + q.z), h * (q.z - q.y)};
-}
-
-std::int64_t monotonic_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{1'000'000'000} * now.tv_sec + now.tv_nsec;
 }
 
 struct Free {
@@ -76,7 +71,7 @@ struct EmulatedBench::State {
 
 void EmulatedBench::State::turn() {
   hal::RigSample sample;
-  const std::int64_t before_ns = monotonic_ns();
+  const std::int64_t before_ns = test::monotonic_ns();
   rig->read(sample);
   // A thread that is held up in between takes too little; a world that leaves time out begins later.
   if (before_ns - sample.time_ns > began_ns) began_ns = before_ns - sample.time_ns;  // of one writer
@@ -99,7 +94,7 @@ void EmulatedBench::State::turn() {
   free_air.add(1e-9 * static_cast<double>(sample.time_ns), now.in_contact, std::sqrt(dot(force_n, force_n)));
   if (turns.fetch_add(1, std::memory_order_relaxed) % static_cast<std::uint64_t>(config.truth_every) == 0) {
     BenchTruth truth;
-    truth.monotonic_ns = monotonic_ns();
+    truth.monotonic_ns = test::monotonic_ns();
     truth.time_ns = sample.time_ns;
     rig->truth(truth.truth);
     truth.encoder_position_mm = sample.tip_position_mm;
@@ -121,11 +116,11 @@ void EmulatedBench::State::keep(const BenchTruth& truth) {
 
 void EmulatedBench::State::run() {
   const auto period_ns = static_cast<std::int64_t>(1e9 / config.rate_hz);
-  std::int64_t due_ns = monotonic_ns();
+  std::int64_t due_ns = test::monotonic_ns();
   while (!stop) {
     turn();
     due_ns += period_ns;
-    const std::int64_t late_ns = monotonic_ns() - due_ns;
+    const std::int64_t late_ns = test::monotonic_ns() - due_ns;
     if (late_ns > longest_pause_ns) longest_pause_ns = late_ns;  // of one writer
     if (late_ns > period_ns) {                                   // the physics catches up by itself
       const std::int64_t missed = late_ns / period_ns;

@@ -1,5 +1,6 @@
 #include "tests/emulators/board/arm_emulator.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -7,12 +8,6 @@ namespace hapticd::emulators {
 
 namespace {
 constexpr double kTurn = 6.28318530717958647692;
-
-double determinant(const std::array<std::array<double, 3>, 3>& m) {
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-}
 }  // namespace
 
 std::array<double, 3> ArmEmulator::joints(const hal::Vector3& tip_mm) const {
@@ -51,50 +46,35 @@ std::array<std::int64_t, 3> ArmEmulator::counts(const std::array<double, 3>& q) 
 
 // By matrices: the tool's axes as the rig sees them, then as the forearm does.
 std::array<double, 3> ArmEmulator::gimbal(const std::array<double, 3>& q, const hal::Quaternion& o) const {
-  const double n = o.w * o.w + o.x * o.x + o.y * o.y + o.z * o.z;
-  const double tool[3][3] = {{1.0 - 2.0 * (o.y * o.y + o.z * o.z) / n, 2.0 * (o.x * o.y - o.w * o.z) / n,
-                              2.0 * (o.x * o.z + o.w * o.y) / n},
-                             {2.0 * (o.x * o.y + o.w * o.z) / n, 1.0 - 2.0 * (o.x * o.x + o.z * o.z) / n,
-                              2.0 * (o.y * o.z - o.w * o.x) / n},
-                             {2.0 * (o.x * o.z - o.w * o.y) / n, 2.0 * (o.y * o.z + o.w * o.x) / n,
-                              1.0 - 2.0 * (o.x * o.x + o.y * o.y) / n}};
+  const Eigen::Matrix3d tool = Eigen::Quaterniond(o.w, o.x, o.y, o.z).normalized().toRotationMatrix();
   // The forearm's own axes: outwards, sideways, up; swung by q[2] from hanging, in the plane that the base
   // has turned by q[0].
   const double cb = std::cos(q[0]), sb = std::sin(q[0]), cs = std::cos(q[2]), ss = std::sin(q[2]);
-  const double forearm[3][3] = {{cb * cs, sb * cs, ss}, {-sb, cb, 0.0}, {-cb * ss, -sb * ss, cs}};
-  double m[3][3] = {};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      for (std::size_t k = 0; k < 3; ++k) m[i][j] += forearm[i][k] * tool[k][j];
-    }
-  }
-  return {std::atan2(m[1][0], m[0][0]), std::asin(std::clamp(-m[2][0], -1.0, 1.0)),
-          std::atan2(m[2][1], m[2][2])};
+  Eigen::Matrix3d forearm;
+  forearm << cb * cs, sb * cs, ss, -sb, cb, 0.0, -cb * ss, -sb * ss, cs;
+  const Eigen::Matrix3d m = forearm * tool;
+  return {std::atan2(m(1, 0), m(0, 0)), std::asin(std::clamp(-m(2, 0), -1.0, 1.0)),
+          std::atan2(m(2, 1), m(2, 2))};
 }
 
 // Virtual work: force · (tip's step a joint makes) = torque of the joint · its step.
 hal::Vector3 ArmEmulator::tip_force_n(const std::array<double, 3>& q,
                                       const std::array<double, 3>& volts) const {
   constexpr double kStep = 1e-5;
-  std::array<std::array<double, 3>, 3> steps{};
-  std::array<double, 3> work{};
+  Eigen::Matrix3d steps;
+  Eigen::Vector3d work;
   for (std::size_t i = 0; i < 3; ++i) {
     std::array<double, 3> ahead = q;
     std::array<double, 3> behind = q;
     ahead[i] += kStep;
     behind[i] -= kStep;
     const hal::Vector3 step = (tip_mm(ahead) - tip_mm(behind)) * (1.0 / (2.0 * kStep));
-    steps[i] = {step.x, step.y, step.z};
-    work[i] = volts[i] * arm_.amplifier_a_per_v[i] * arm_.motor_n_mm_per_a[i] * arm_.gear[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    steps.row(row) << step.x, step.y, step.z;
+    work(row) = volts[i] * arm_.amplifier_a_per_v[i] * arm_.motor_n_mm_per_a[i] * arm_.gear[i];
   }
-  const double whole = determinant(steps);
-  std::array<double, 3> force{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    auto replaced = steps;
-    for (std::size_t i = 0; i < 3; ++i) replaced[i][k] = work[i];
-    force[k] = determinant(replaced) / whole;
-  }
-  return {force[0], force[1], force[2]};
+  const Eigen::Vector3d force = steps.partialPivLu().solve(work);
+  return {force.x(), force.y(), force.z()};
 }
 
 }  // namespace hapticd::emulators

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "tests/emulators/shared_page.h"
+
 namespace hapticd::emulators {
 
 /// What a stand-in for comedi and the world outside it have in common: one file, mapped by both, named to the
@@ -28,20 +30,11 @@ struct BoardPageLayout {
 static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
 
 /// One end of such a page. One thread writes the world's side.
-class BoardPage {
+class BoardPage : public SharedPage<BoardPageLayout> {
  public:
-  /// Makes the file and maps it, outputs at zero volts. Throws std::runtime_error.
+  /// Makes it, outputs at zero volts.
   explicit BoardPage(const std::string& path);
-  /// A page that another process has made. Throws std::runtime_error.
-  struct Join {};
-  BoardPage(const std::string& path, Join);
-  ~BoardPage();
-  BoardPage(const BoardPage&) = delete;
-  BoardPage& operator=(const BoardPage&) = delete;
-
-  const std::string& path() const { return path_; }
-  BoardPageLayout* operator->() noexcept { return layout_; }
-  const BoardPageLayout* operator->() const noexcept { return layout_; }
+  using SharedPage::SharedPage;
 
   /// The world's: all of it at once, so that no reader gets half of two moments.
   void write_world(const std::array<double, BoardPageLayout::kInputs>& inputs_v,
@@ -49,12 +42,6 @@ class BoardPage {
   /// The library's.
   void read_world(std::array<double, BoardPageLayout::kInputs>& inputs_v,
                   std::array<std::uint32_t, BoardPageLayout::kCounters>& counts) const noexcept;
-
- private:
-  void map(int file);
-
-  std::string path_;
-  BoardPageLayout* layout_ = nullptr;
 };
 
 }  // namespace hapticd::emulators

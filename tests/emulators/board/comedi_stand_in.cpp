@@ -11,8 +11,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <mutex>
-#include <set>
 #include <thread>
 
 #include "tests/emulators/board/board_page.h"
@@ -27,33 +25,8 @@ struct comedi_t_struct {
 
 namespace {
 
-struct Board {
-  std::mutex mutex;
-  std::string path;
-  bool wide = false;
-  unsigned fastest_ns = 10'000;
-  bool soft = false;
-  std::string soft_file;
-  bool busy = false;
-  std::array<double, 16> inputs_v{};
-  std::array<std::uint32_t, 8> counters{};
-  std::array<std::uint32_t, 4> outputs{};
-  std::vector<std::string> setup;
-  int opened = 0;
-  std::uint64_t commands = 0;
-  std::vector<unsigned> channels;
-  bool wakes_every_scan = false;
-  bool muted = false;
-  bool split = false;
-  bool failing = false;
-  std::uint64_t end_at = 0;  ///< streams up to this number end
-  std::set<int> overflowed;  ///< read ends
-  std::set<comedi_t*> streaming;
-};
-
-Board& board() {
-  static Board the_one;
-  return the_one;
+hapticd::emulators::ComediStandIn::Board& board() {
+  return hapticd::emulators::ComediStandIn::get().board();
 }
 
 /// Page of the world in another process, if there is one: named in the environment, and the board's node.
@@ -146,7 +119,7 @@ void end(comedi_t* device) {
   device->stop.store(true);
   if (device->pump.joinable()) device->pump.join();
   const std::lock_guard lock(board().mutex);
-  board().streaming.erase(device);
+  board().streaming.erase(device->read_end);
   board().overflowed.erase(device->read_end);
   if (device->read_end >= 0) ::close(device->read_end);
   device->read_end = -1;
@@ -166,8 +139,8 @@ ComediStandIn& ComediStandIn::get() {
   return the_one;
 }
 void ComediStandIn::reset(const std::string& path) {
-  const std::lock_guard lock(board().mutex);
   Board& b = board();
+  const std::lock_guard lock(b.mutex);
   b.path = path;
   b.wide = b.soft = b.busy = b.muted = b.split = b.failing = b.wakes_every_scan = false;
   b.fastest_ns = 10'000;
@@ -178,74 +151,9 @@ void ComediStandIn::reset(const std::string& path) {
   b.channels.clear();
   b.overflowed.clear();
 }
-void ComediStandIn::set_wide_samples(bool wide) {
-  const std::lock_guard lock(board().mutex);
-  board().wide = wide;
-}
-void ComediStandIn::set_fastest_scan_ns(unsigned ns) {
-  const std::lock_guard lock(board().mutex);
-  board().fastest_ns = ns;
-}
-void ComediStandIn::set_soft_calibrated(bool soft, const std::string& file) {
-  const std::lock_guard lock(board().mutex);
-  board().soft = soft;
-  board().soft_file = file;
-}
-void ComediStandIn::set_busy(bool busy) {
-  const std::lock_guard lock(board().mutex);
-  board().busy = busy;
-}
-void ComediStandIn::set_inputs_v(const std::array<double, 16>& volts) {
-  const std::lock_guard lock(board().mutex);
-  board().inputs_v = volts;
-}
-void ComediStandIn::set_counters(const std::array<std::uint32_t, 8>& counts) {
-  const std::lock_guard lock(board().mutex);
-  board().counters = counts;
-}
-std::array<std::uint32_t, 4> ComediStandIn::output_counts() const {
-  const std::lock_guard lock(board().mutex);
-  return board().outputs;
-}
-std::vector<std::string> ComediStandIn::setup_calls() const {
-  const std::lock_guard lock(board().mutex);
-  return board().setup;
-}
-int ComediStandIn::opened() const {
-  const std::lock_guard lock(board().mutex);
-  return board().opened;
-}
-std::uint64_t ComediStandIn::commands() const {
-  const std::lock_guard lock(board().mutex);
-  return board().commands;
-}
-std::vector<unsigned> ComediStandIn::last_channels() const {
-  const std::lock_guard lock(board().mutex);
-  return board().channels;
-}
-bool ComediStandIn::wakes_every_scan() const {
-  const std::lock_guard lock(board().mutex);
-  return board().wakes_every_scan;
-}
-void ComediStandIn::end_stream() {
-  const std::lock_guard lock(board().mutex);
-  board().end_at = board().commands;
-}
 void ComediStandIn::overflow_stream() {
   const std::lock_guard lock(board().mutex);
-  for (const comedi_t* device : board().streaming) board().overflowed.insert(device->read_end);
-}
-void ComediStandIn::mute_stream(bool muted) {
-  const std::lock_guard lock(board().mutex);
-  board().muted = muted;
-}
-void ComediStandIn::split_writes(bool split) {
-  const std::lock_guard lock(board().mutex);
-  board().split = split;
-}
-void ComediStandIn::fail_instructions(bool failing) {
-  const std::lock_guard lock(board().mutex);
-  board().failing = failing;
+  board().overflowed = board().streaming;
 }
 
 }  // namespace hapticd::emulators
@@ -399,7 +307,7 @@ int comedi_command(comedi_t* device, comedi_cmd* command) {
     number = ++board().commands;
     board().channels = channels;
     board().wakes_every_scan = (command->flags & CMDF_WAKE_EOS) != 0;
-    board().streaming.insert(device);
+    board().streaming.insert(device->read_end);
   }
   device->stop.store(false);
   device->pump = std::thread(pump, device, number, std::move(channels), command->scan_begin_arg);

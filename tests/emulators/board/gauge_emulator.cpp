@@ -1,8 +1,8 @@
 #include "tests/emulators/board/gauge_emulator.h"
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <cstdio>
-#include <utility>
 
 namespace hapticd::emulators {
 
@@ -10,34 +10,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 using Matrix = std::array<std::array<double, 6>, 6>;
-
-/// Gauss-Jordan with row exchange.
-Matrix inverted(Matrix a) {
-  Matrix b{};
-  for (std::size_t i = 0; i < 6; ++i) b[i][i] = 1.0;
-  for (std::size_t column = 0; column < 6; ++column) {
-    std::size_t best = column;
-    for (std::size_t row = column; row < 6; ++row) {
-      if (std::fabs(a[row][column]) > std::fabs(a[best][column])) best = row;
-    }
-    std::swap(a[best], a[column]);
-    std::swap(b[best], b[column]);
-    const double pivot = a[column][column];
-    for (std::size_t k = 0; k < 6; ++k) {
-      a[column][k] /= pivot;
-      b[column][k] /= pivot;
-    }
-    for (std::size_t row = 0; row < 6; ++row) {
-      if (row == column) continue;
-      const double factor = a[row][column];
-      for (std::size_t k = 0; k < 6; ++k) {
-        a[row][k] -= factor * a[column][k];
-        b[row][k] -= factor * b[column][k];
-      }
-    }
-  }
-  return b;
-}
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
 std::string number(double value, int decimals) {
   char text[64];
@@ -56,15 +29,16 @@ GaugeEmulator::GaugeEmulator() {
     volts_per_load_[2 * beam] = {0.004, -0.003 * s, 0.085, 0.020 * c, 0.020 * s, 0.0006};
     volts_per_load_[2 * beam + 1] = {-0.11 * s, 0.11 * c, 0.002 * c, 0.0005, -0.0004 * s, 0.022};
   }
-  load_per_volt_ = inverted(volts_per_load_);
+  Eigen::Map<Matrix6>(load_per_volt_[0].data()) =
+      Eigen::Map<const Matrix6>(volts_per_load_[0].data()).inverse();
 }
 
 std::array<double, 6> GaugeEmulator::volts(const hal::Vector3& f, const hal::Vector3& t) const {
   const std::array<double, 6> load{f.x, f.y, f.z, t.x, t.y, t.z};
   std::array<double, 6> volts{};
-  for (std::size_t i = 0; i < 6; ++i) {
-    for (std::size_t j = 0; j < 6; ++j) volts[i] += volts_per_load_[i][j] * load[j];
-  }
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  Eigen::Map<Vector6>(volts.data()) =
+      Eigen::Map<const Matrix6>(volts_per_load_[0].data()) * Eigen::Map<const Vector6>(load.data());
   return volts;
 }
 
@@ -77,32 +51,21 @@ std::string GaugeEmulator::calibration_file(const CalibrationFileStyle& style) c
   // Rows as the maker keeps them: at the gauges' own origin and attitude.
   const auto& d = style.transform.displacement_mm;
   const auto& turn = style.transform.rotation_deg;
-  const double sx = std::sin(turn[0] * kPi / 180.0);
-  const double cx = std::cos(turn[0] * kPi / 180.0);
-  const double sy = std::sin(turn[1] * kPi / 180.0);
-  const double cy = std::cos(turn[1] * kPi / 180.0);
-  const double sz = std::sin(turn[2] * kPi / 180.0);
-  const double cz = std::cos(turn[2] * kPi / 180.0);
-  const double r[3][3] = {{cy * cz, sx * sy * cz + cx * sz, sx * sz - cx * sy * cz},
-                          {-cy * sz, cx * cz - sx * sy * sz, sx * cz + cx * sy * sz},
-                          {sy, -sx * cy, cx * cy}};
-  Matrix own{};
-  for (std::size_t gauge = 0; gauge < 6; ++gauge) {
-    double f[3] = {};
-    double t[3] = {};
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) {
-        f[i] += r[j][i] * load_per_volt_[j][gauge];
-        t[i] += r[j][i] * load_per_volt_[3 + j][gauge];
-      }
-    }
-    t[0] += d[1] * f[2] - d[2] * f[1];
-    t[1] += d[2] * f[0] - d[0] * f[2];
-    t[2] += d[0] * f[1] - d[1] * f[0];
-    for (std::size_t i = 0; i < 3; ++i) {
-      own[i][gauge] = f[i];
-      own[3 + i][gauge] = t[i];
-    }
+  const auto about = [](double deg, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(deg * kPi / 180.0, axis);
+  };
+  const Eigen::Matrix3d back =
+      (about(turn[0], Eigen::Vector3d::UnitX()) * about(turn[1], Eigen::Vector3d::UnitY()) *
+       about(turn[2], Eigen::Vector3d::UnitZ()))
+          .toRotationMatrix();
+  const Eigen::Vector3d place(d[0], d[1], d[2]);
+  const Eigen::Map<const Matrix6> user(load_per_volt_[0].data());
+  Matrix own_rows{};
+  Eigen::Map<Matrix6> own(own_rows[0].data());
+  for (int gauge = 0; gauge < 6; ++gauge) {
+    const Eigen::Vector3d force = back * user.block<3, 1>(0, gauge);
+    own.block<3, 1>(0, gauge) = force;
+    own.block<3, 1>(3, gauge) = back * user.block<3, 1>(3, gauge) + place.cross(force);
   }
 
   std::string text = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!-- made up for tests -->\n";
@@ -126,7 +89,7 @@ std::string GaugeEmulator::calibration_file(const CalibrationFileStyle& style) c
       text += "/>\n";
     }
   };
-  rows("Axis", own, true);
+  rows("Axis", own_rows, true);
   const double length_unit = style.newton_metres ? 1000.0 : 1.0;  // mm
   text += "\t\t<BasicTransform Dx=\"" + number(d[0] / length_unit, 9) + "\" Dy=\"" +
           number(d[1] / length_unit, 9) + "\" Dz=\"" + number(d[2] / length_unit, 9) + "\" Rx=\"" +

@@ -22,6 +22,7 @@
 
 #include "tests/emulators/modbus/drive_registers.h"
 #include "tests/emulators/modbus/wire.h"
+#include "tests/support/loopback.h"
 
 namespace hapticd::test {
 
@@ -82,10 +83,7 @@ struct EmulatedDrive::State {
     if (listener < 0) fail("socket");
     const int on = 1;
     setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(static_cast<std::uint16_t>(bound_port != 0 ? bound_port : options.tcp_port));
+    sockaddr_in address = test::loopback(bound_port != 0 ? bound_port : options.tcp_port);
     if (bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) fail("bind");
     if (::listen(listener, 8) != 0) fail("listen");
     socklen_t length = sizeof address;

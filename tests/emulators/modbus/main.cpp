@@ -1,52 +1,34 @@
 // A motor drive behind Modbus to try a turntable with: hapticd_emulated_drive --tcp PORT | --rtu [--az]
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <string>
 
 #include "tests/emulators/modbus/emulated_drive.h"
 
-namespace {
-
-int usage() {
-  std::fputs(
-      "hapticd_emulated_drive - a motor drive behind Modbus\n"
-      "  --tcp PORT   listen on 127.0.0.1:PORT (0 = any free port)\n"
-      "  --rtu        open a pty pair and show the port a master may open\n"
-      "  --unit N     the drive's number, 1 unless set otherwise\n"
-      "  --az         speak the registers of an Oriental Motor AZ instead of those of map 'plain_drive'\n"
-      "Ends with SIGINT or SIGTERM.\n",
-      stderr);
-  return 2;
-}
-
-}  // namespace
-
 int main(int argc, char** argv) {
-  hapticd::test::EmulatedDrive::Options options{.tcp_port = -1};
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--tcp" && i + 1 < argc) {
-      options.tcp_port = std::atoi(argv[++i]);
-    } else if (word == "--unit" && i + 1 < argc) {
-      options.unit = std::atoi(argv[++i]);
-    } else if (word == "--rtu") {
-      options.serial = true;
-    } else if (word == "--az") {
-      options.make = hapticd::test::EmulatedDrive::Make::kOrientalAz;
-    } else {
-      return usage();
-    }
+  using hapticd::test::EmulatedDrive;
+  EmulatedDrive::Options options{.tcp_port = -1};
+  CLI::App app("A motor drive behind Modbus. Ends with SIGINT or SIGTERM.", "hapticd_emulated_drive");
+  app.add_option("--tcp", options.tcp_port, "listen on this port of 127.0.0.1 (0 = any free port)");
+  app.add_flag("--rtu", options.serial, "open a pty pair and show the port a master may open");
+  app.add_option("--unit", options.unit, "the drive's number")->capture_default_str();
+  const auto* az = app.add_flag("--az", "speak the registers of an Oriental Motor AZ, not of 'plain_drive'");
+  constexpr int kBadCommandLine = 2;
+  try {
+    app.parse(argc, argv);
+    if (options.tcp_port < 0 && !options.serial) throw CLI::RequiredError("--tcp or --rtu");
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadCommandLine;
   }
-  if (options.tcp_port < 0 && !options.serial) return usage();
+  if (*az) options.make = EmulatedDrive::Make::kOrientalAz;
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   try {
-    const hapticd::test::EmulatedDrive drive(options);
+    const EmulatedDrive drive(options);
     if (options.tcp_port >= 0) std::printf("tcp 127.0.0.1:%d unit %d\n", drive.port(), options.unit);
     if (options.serial) std::printf("rtu %s unit %d\n", drive.serial_port().c_str(), options.unit);
     std::fflush(stdout);

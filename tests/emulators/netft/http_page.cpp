@@ -10,6 +10,8 @@
 #include <array>
 #include <stdexcept>
 
+#include "tests/support/loopback.h"
+
 namespace hapticd::emulators {
 
 namespace {
@@ -29,10 +31,7 @@ bool send_all(int connection, const std::string& text) {
 HttpPage::HttpPage(std::string path, int port) : path_(std::move(path)) {
   listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   wake_ = eventfd(0, EFD_CLOEXEC);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  sockaddr_in address = test::loopback(port);
   socklen_t length = sizeof address;
   // A box that comes back answers at its old port, whatever is left of old connections.
   const int on = 1;

@@ -14,17 +14,16 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "tests/support/loopback.h"
+#include "tests/support/monotonic_ns.h"
+
 namespace hapticd::emulators {
 
 namespace {
 
-constexpr std::size_t kRecordBytes = 36;
+using test::monotonic_ns;
 
-std::int64_t now_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
-}
+constexpr std::size_t kRecordBytes = 36;
 
 /// N, or N·mm, in one of the unit.
 double unit_in_house_units(const std::string& unit) {
@@ -53,10 +52,7 @@ void put(std::vector<std::uint8_t>& bytes, std::uint32_t word) {
 /// Port 0 becomes a free one.
 int open_udp(int& port) {
   const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  sockaddr_in address = test::loopback(port);
   socklen_t length = sizeof address;
   if (descriptor < 0 || bind(descriptor, reinterpret_cast<sockaddr*>(&address), length) != 0 ||
       getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &length) != 0) {
@@ -144,7 +140,7 @@ void NetFtBox::load(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm
 void NetFtBox::feed(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
   const std::lock_guard lock(mutex_);
   load_ = {force_n.x, force_n.y, force_n.z, torque_n_mm.x, torque_n_mm.y, torque_n_mm.z};
-  if (now_ns() >= dead_until_ns_) make_record();
+  if (monotonic_ns() >= dead_until_ns_) make_record();
 }
 
 void NetFtBox::set_offset(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
@@ -201,7 +197,7 @@ void NetFtBox::send_from_stranger(int datagrams) {
 
 void NetFtBox::restart(double silence_s) {
   const std::lock_guard lock(mutex_);
-  dead_until_ns_ = now_ns() + std::llround(1e9 * silence_s);
+  dead_until_ns_ = monotonic_ns() + std::llround(1e9 * silence_s);
   client_.reset();
   delayed_.clear();
   held_back_.reset();
@@ -342,7 +338,7 @@ void NetFtBox::transmit(const Bytes& bytes) {
     emit(bytes);
     return;
   }
-  delayed_.push_back({now_ns() + delay_ns_, bytes});
+  delayed_.push_back({monotonic_ns() + delay_ns_, bytes});
   eventfd_write(wake_, 1);
 }
 
@@ -430,9 +426,9 @@ void NetFtBox::run() {
     std::int64_t next = 0;
     {
       const std::lock_guard lock(mutex_);
-      next = work(now_ns());
+      next = work(monotonic_ns());
     }
-    const std::int64_t wait = std::max<std::int64_t>(next - now_ns(), 0);
+    const std::int64_t wait = std::max<std::int64_t>(next - monotonic_ns(), 0);
     const timespec timeout{wait / 1'000'000'000, wait % 1'000'000'000};
     std::array<pollfd, 2> descriptors{{{socket_, POLLIN, 0}, {wake_, POLLIN, 0}}};
     ppoll(descriptors.data(), descriptors.size(), &timeout, nullptr);

@@ -2,11 +2,7 @@
 // live on a page (page.h) which another program feeds. Built as a module and met at run time only. With
 // HD_STAND_IN_LACKS_SET_DOUBLE it lacks a function that is needed, with HD_STAND_IN_BARE all that are not.
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -15,11 +11,15 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <mutex>
+#include <optional>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "tests/emulators/openhaptics/page.h"
+#include "tests/support/monotonic_ns.h"
 
 #define STAND_IN_EXPORT extern "C" __attribute__((visibility("default")))
 
@@ -28,6 +28,8 @@ namespace {
 using hapticd::emulators::HdEvent;
 using hapticd::emulators::HdPageDevice;
 using hapticd::emulators::HdPageLayout;
+using hapticd::emulators::SharedPage;
+using hapticd::test::monotonic_ns;
 
 using Code = unsigned int;
 using DeviceHandle = unsigned int;
@@ -82,7 +84,8 @@ struct Entry {
 
 struct Library {
   HdPageLayout* page = nullptr;
-  bool mapped = false;
+  std::optional<SharedPage<HdPageLayout>> shared;
+  std::unique_ptr<HdPageLayout> own;
   Device devices[HdPageLayout::kDevices];
   std::mutex mutex;  // of all below; recursive use is avoided
   std::vector<ErrorInfo> errors;
@@ -135,35 +138,21 @@ struct Library {
 Library* g_library = nullptr;
 
 void sleep_ms(std::uint32_t ms) {
-  const timespec time{static_cast<time_t>(ms / 1000), static_cast<long>(ms % 1000) * 1'000'000L};
-  nanosleep(&time, nullptr);
-}
-
-std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{1'000'000'000} * now.tv_sec + now.tv_nsec;
+  std::this_thread::sleep_for(std::chrono::milliseconds(ms));
 }
 
 void Library::open_page() {
-  void* memory = MAP_FAILED;
   if (const char* path = std::getenv("HD_STAND_IN_PAGE")) {
-    const int file = open(path, O_RDWR | O_CLOEXEC);
-    struct stat state {};
-    if (file >= 0 && fstat(file, &state) == 0 && state.st_size == sizeof(HdPageLayout)) {
-      memory = mmap(nullptr, sizeof(HdPageLayout), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-      close(file);
-    } else {
-      std::fprintf(stderr, "stand-in: HD_STAND_IN_PAGE=%s is not a page\n", path);
-      if (file >= 0) close(file);
+    try {
+      shared.emplace(path, SharedPage<HdPageLayout>::Join{});
+      page = &**shared;
+      return;
+    } catch (const std::runtime_error& error) {
+      std::fprintf(stderr, "stand-in: HD_STAND_IN_PAGE: %s\n", error.what());
     }
   }
-  mapped = memory != MAP_FAILED && static_cast<HdPageLayout*>(memory)->magic == HdPageLayout::kMagic;
-  if (mapped) {
-    page = static_cast<HdPageLayout*>(memory);
-    return;
-  }
-  page = new HdPageLayout();  // the devices of a library without a page do not move
+  own = std::make_unique<HdPageLayout>();  // the devices of a library without a page do not move
+  page = own.get();
   for (HdPageDevice& device : page->devices) {
     std::snprintf(device.name, sizeof device.name, "Default Device");
     device.max_force_n = 8.5;
@@ -191,17 +180,12 @@ __attribute__((destructor)) void unload() {
   lib.page->scheduler_running = false;
   lib.note(HdEvent::kUnloaded);
   lib.page->loaded = false;
-  if (lib.mapped) {
-    munmap(lib.page, sizeof(HdPageLayout));
-  } else {
-    delete lib.page;
-  }
   delete g_library;
 }
 
 void Library::run() {
   scheduler_id = std::this_thread::get_id();
-  std::int64_t due_ns = now_ns();
+  std::int64_t due_ns = monotonic_ns();
   std::vector<Entry> turn;
   turn.reserve(64);
   std::uint64_t ticks = 0;
@@ -210,7 +194,7 @@ void Library::run() {
     const double rate_hz =
         slow_hz > 0.0 ? slow_hz : static_cast<double>(std::max<std::uint64_t>(page->scheduler_rate_hz, 1));
     due_ns += static_cast<std::int64_t>(1e9 / rate_hz);
-    const std::int64_t late_ns = now_ns() - due_ns;
+    const std::int64_t late_ns = monotonic_ns() - due_ns;
     if (late_ns > 50'000'000) due_ns += late_ns;  // it does not catch up
     const std::uint32_t late_ticks = page->late_ticks;
     const double behind_us = late_ticks > 0 ? static_cast<double>(page->late_us[ticks++ % late_ticks]) : 0.0;
@@ -314,7 +298,7 @@ void publish_force(HdPageDevice& page, const double (&force_n)[3]) {
   const std::uint32_t sequence = page.force_sequence.load(std::memory_order_relaxed);
   page.force_sequence.store(sequence + 1, std::memory_order_relaxed);
   for (std::size_t i = 0; i < 3; ++i) page.force_n[i].store(force_n[i], std::memory_order_release);
-  page.force_time_ns.store(now_ns(), std::memory_order_release);
+  page.force_time_ns.store(monotonic_ns(), std::memory_order_release);
   page.force_sequence.store(sequence + 2, std::memory_order_release);
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "hal/samples.h"
+#include "tests/emulators/shared_page.h"
 
 namespace hapticd::emulators {
 
@@ -114,21 +113,13 @@ struct HdPageLayout {
 static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
 
 /// The world's end of a page. Many threads may set faults; one feeds poses.
-class HdPage {
+class HdPage : public SharedPage<HdPageLayout> {
  public:
-  /// Makes the file and maps it, with sound devices at rest: "Default Device" and "Second Device".
+  /// Makes it, with sound devices at rest: "Default Device" and "Second Device".
   explicit HdPage(const std::string& path);
-  /// A page that another process has made.
-  struct Join {};
-  HdPage(const std::string& path, Join);
-  ~HdPage();
-  HdPage(const HdPage&) = delete;
-  HdPage& operator=(const HdPage&) = delete;
+  using SharedPage::SharedPage;
 
-  const std::string& path() const { return path_; }
-  HdPageLayout& operator*() noexcept { return *layout_; }
-  HdPageLayout* operator->() noexcept { return layout_; }
-  HdPageDevice& device(std::size_t index = 0) noexcept { return layout_->devices[index]; }
+  HdPageDevice& device(std::size_t index = 0) noexcept { return layout().devices[index]; }
 
   /// Rotation and position at once: what a frame reads is one pose, never half of two. Vendor's frame.
   void set_pose(const hal::Vector3& position_mm, const hal::Quaternion& orientation,
@@ -143,16 +134,10 @@ class HdPage {
   /// used. Empty: it is not.
   void set_late_ticks(const std::vector<double>& late_us) noexcept;
   std::vector<HdEvent> events() const;
-  void forget_events() noexcept { layout_->event_count = 0; }
+  void forget_events() noexcept { layout().event_count = 0; }
 
   /// Watchdog of the device: without a frame for so long its motors go off.
   static constexpr std::int64_t kWatchdogNs = 200'000'000;
-
- private:
-  void map(int file);
-
-  std::string path_;
-  HdPageLayout* layout_ = nullptr;
 };
 
 }  // namespace hapticd::emulators

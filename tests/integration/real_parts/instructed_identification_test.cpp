@@ -1,35 +1,14 @@
 // Identifications by the commands a user types, live over the vendor's library and the Net F/T
 // box: the emulated person knows the words of the daemon and does what they ask for.
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <cmath>
 
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "tests/integration/real_parts/emulated_rig_process.h"
+#include "tests/support/priority_while_starting.h"
 
 namespace hapticd::test {
 namespace {
-
-/// Makes what is started meanwhile real-time, if it is permitted, as rig and daemon are in a laboratory.
-/// Otherwise a machine that others use too lets most ticks go by without a fresh force.
-class PriorityWhileStarting {
- public:
-  PriorityWhileStarting() {
-    pthread_getschedparam(pthread_self(), &policy_, &parameter_);
-    sched_param wanted{};
-    wanted.sched_priority = 20;
-    pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted);
-  }
-  ~PriorityWhileStarting() { pthread_setschedparam(pthread_self(), policy_, &parameter_); }
-  PriorityWhileStarting(const PriorityWhileStarting&) = delete;
-  PriorityWhileStarting& operator=(const PriorityWhileStarting&) = delete;
-
- private:
-  int policy_ = SCHED_OTHER;
-  sched_param parameter_{};
-};
 
 class InstructedIdentification : public EmulatedRigProcess {
  protected:
@@ -87,7 +66,7 @@ class InstructedIdentification : public EmulatedRigProcess {
   void begin(Arguments world, const std::string& words) {
     world.insert(world.end(), {"--instructions", words});
     {
-      const PriorityWhileStarting priority;
+      const PriorityWhileStarting priority(20);
       ASSERT_NO_FATAL_FAILURE(start(world));
     }
     client->await([](const v1::RigState& s) { return device_is(s, v1::PART_STATE_READY); });

@@ -1,12 +1,12 @@
 #include "tests/support/ticks/tick_sequence.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string_view>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "hal/replay/csv_file.h"
 
 namespace hapticd::test {
 
@@ -14,30 +14,6 @@ namespace {
 
 /// The shortest interval that a made-up clock keeps, in shares of its period.
 constexpr double kMinShare = 0.05;
-
-/// Hours of ticks.
-constexpr std::uintmax_t kMaxBytes = std::uintmax_t{64} << 20U;
-
-/// Index of a column in a header line; -1 without it.
-int column_of(const std::string& header, std::string_view name) {
-  std::istringstream fields(header);
-  std::string field;
-  for (int i = 0; std::getline(fields, field, ','); ++i) {
-    while (!field.empty() && (field.back() == '\r' || field.back() == ' ')) field.pop_back();
-    if (field == name) return i;
-  }
-  return -1;
-}
-
-bool number_in(const std::string& line, int column, double& value) {
-  std::istringstream fields(line);
-  std::string field;
-  for (int i = 0; i <= column; ++i) {
-    if (!std::getline(fields, field, ',')) return false;
-  }
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  return error == std::errc{} && end != field.data() && std::isfinite(value);
-}
 
 /// Intervals that bring a clock from a tick that was `late_us` late back to its even times.
 double back_in_time_us(double period_us, double late_us) {
@@ -49,38 +25,31 @@ double back_in_time_us(double period_us, double late_us) {
 }  // namespace
 
 hal::Result<TickSequence> TickSequence::load(const std::string& path) {
-  const auto refuse = [&path](const char* what, const std::string& value) {
-    return hal::Error{what, "sequence of ticks '" + path + "'", value,
-                      "CSV with the columns interval_us and sensor_records", ""};
-  };
-  std::error_code code;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, code);
-  if (code) return refuse("cannot be read", code.message());
-  if (bytes > kMaxBytes) return refuse("the file is larger than 64 MiB", std::to_string(bytes) + " bytes");
-  std::ifstream file(path);
-  std::string line;
-  if (!file || !std::getline(file, line)) return refuse("cannot be read", "");
-  const int interval_column = column_of(line, "interval_us");
-  const int records_column = column_of(line, "sensor_records");
-  if (interval_column < 0 || records_column < 0) return refuse("a column is missing", line);
+  auto file = replay::CsvFile::open(path);
+  if (!file) return file.error();
+  const auto& names = file->columns();
+  std::vector<std::size_t> columns;
+  for (const char* name : {"interval_us", "sensor_records"}) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end()) return hal::Error{"a column is missing", file->place(), name, "", ""};
+    columns.push_back(static_cast<std::size_t>(at - names.begin()));
+  }
   TickIntervals ticks;
   std::vector<double> records;
   double total_us = 0.0;
   double total_records = 0.0;
-  while (std::getline(file, line)) {
-    if (line.empty()) continue;
-    TickInterval tick;
-    double count = 0.0;
-    if (!number_in(line, interval_column, tick.interval_us) || !number_in(line, records_column, count) ||
-        !(tick.interval_us > 0.0 && tick.interval_us <= 1e7) || !(count >= 0.0 && count <= 1e6)) {
-      return refuse("a line holds no interval above 0 or no count", line);
-    }
-    ticks.push_back(tick);
-    records.push_back(count);
-    total_us += tick.interval_us;
-    total_records += count;
-  }
-  if (ticks.empty()) return refuse("there are no ticks in it", "");
+  const auto error = file->read_rows(
+      columns, [&](std::size_t line, std::span<const double> cells) -> std::optional<hal::Error> {
+        if (!(cells[0] > 0.0 && cells[0] <= 1e7) || !(cells[1] >= 0.0 && cells[1] <= 1e6))
+          return hal::Error{"a line holds no interval above 0 or no count", file->place(line), "", "", ""};
+        ticks.push_back({cells[0]});
+        records.push_back(cells[1]);
+        total_us += cells[0];
+        total_records += cells[1];
+        return std::nullopt;
+      });
+  if (error) return *error;
+  if (ticks.empty()) return hal::Error{"there are no ticks in it", file->place(), "", "", ""};
   if (total_records > 0.0) {
     // Passed since the beginning, less what the records that have arrived stand for.
     const double record_us = total_us / total_records;
