@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -32,9 +33,6 @@ inline bool sensor_is(const v1::RigState& state, v1::PartState wanted) {
 }
 inline bool device_is(const v1::RigState& state, v1::PartState wanted) {
   return part(state, "haptic device").state() == wanted;
-}
-inline bool latched(const v1::RigState& state) {
-  return state.guard_state() == v1::GUARD_STATE_LATCHED;
 }
 
 /// The number behind "key = " in a rig file.
@@ -141,19 +139,25 @@ class EmulatedRigProcess : public testing::Test {
   void await_sample(const std::function<bool(const v1::TelemetrySample&)>& condition) const {
     v1::SubscribeRequest request;
     request.add_groups(v1::FIELD_GROUP_GUARD);
-    const auto context = call_context();
-    const auto reader = client->telemetry->Subscribe(context.get(), request);
-    v1::TelemetryBatch batch;
-    for (bool found = false; !found;) {
-      if (!reader->Read(&batch)) {
-        ADD_FAILURE() << "waited in vain; the last sample was\n"
-                      << (batch.samples_size() > 0 ? batch.samples().rbegin()->DebugString() : "none");
-        return;
-      }
-      for (const v1::TelemetrySample& sample : batch.samples()) found = found || condition(sample);
+    v1::TelemetrySample last;
+    bool found = false;
+    client->watch(request, [&](const v1::TelemetrySample& sample) {
+      last = sample;
+      found = condition(sample);
+      return !found;
+    });
+    EXPECT_TRUE(found) << "waited in vain; the last sample was\n" << last.DebugString();
+  }
+  /// Topics of which the doctor, who opens the parts for it, finds something good.
+  std::set<std::string> topics_that_are_well() const {
+    v1::DiagnoseRequest request;
+    request.set_probe(true);
+    std::set<std::string> well;
+    for (const v1::Finding& finding :
+         answer_of(*client->rig, &v1::RigService::Stub::Diagnose, request).findings()) {
+      if (finding.severity() == v1::FINDING_SEVERITY_GOOD) well.insert(finding.topic());
     }
-    context->TryCancel();
-    reader->Finish();
+    return well;
   }
   static double force_n(const v1::TelemetrySample& sample) {
     const v1::Vector3& force = sample.guard().device_command_n();

@@ -1,10 +1,10 @@
 // hapticd as a process on a rig of hardware: a device behind a library it loads, a sensor behind a socket,
 // both kept alive by another process that can be killed.
 
-#include <dirent.h>
-#include <unistd.h>
-
+#include <algorithm>
+#include <filesystem>
 #include <set>
+#include <system_error>
 
 #include "tests/integration/real_parts/emulated_rig_process.h"
 
@@ -25,20 +25,11 @@ int udp_sockets(pid_t process) {
       udp.insert("socket:[" + inode + "]");
     }
   }
-  const std::string folder = "/proc/" + std::to_string(process) + "/fd";
-  DIR* const descriptors = opendir(folder.c_str());
-  if (descriptors == nullptr) {
-    ADD_FAILURE() << "cannot look into " << folder;
-    return -1;
-  }
-  int count = 0;
-  while (const dirent* entry = readdir(descriptors)) {
-    char target[64] = {};
-    const std::string link = folder + "/" + entry->d_name;
-    if (readlink(link.c_str(), target, sizeof target - 1) > 0 && udp.contains(target)) ++count;
-  }
-  closedir(descriptors);
-  return count;
+  const std::filesystem::directory_iterator descriptors("/proc/" + std::to_string(process) + "/fd");
+  return static_cast<int>(std::count_if(begin(descriptors), end(descriptors), [&](const auto& entry) {
+    std::error_code gone;
+    return udp.contains(std::filesystem::read_symlink(entry.path(), gone).string());
+  }));
 }
 
 TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
@@ -64,26 +55,9 @@ TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
   // In contact there is nothing to take for zero.
   EXPECT_EQ(bias().error_code(), grpc::StatusCode::FAILED_PRECONDITION);
 
-  v1::DiagnoseRequest probing;
-  probing.set_probe(true);
-  v1::Diagnosis diagnosis;
-  ASSERT_TRUE(ok(client->rig->Diagnose(call_context().get(), probing, &diagnosis)));
-  std::set<std::string> well;
-  for (const v1::Finding& finding : diagnosis.findings()) {
-    if (finding.severity() == v1::FINDING_SEVERITY_GOOD) well.insert(finding.topic());
-  }
-  EXPECT_TRUE(well.contains("force sensor")) << diagnosis.DebugString();
-  EXPECT_TRUE(well.contains("haptic device")) << diagnosis.DebugString();
-
-  v1::ListFaultsResponse faults;
-  ASSERT_TRUE(client->safety->ListFaults(call_context().get(), {}, &faults).ok());
-  std::set<int> listed;
-  for (const v1::FaultRule& rule : faults.faults()) {
-    listed.insert(rule.fault());
-    EXPECT_FALSE(rule.cause().empty() || rule.remedy().empty()) << rule.DebugString();
-  }
-  EXPECT_TRUE(listed.contains(v1::GUARD_FAULT_SENSOR_LOST));
-  EXPECT_TRUE(listed.contains(v1::GUARD_FAULT_DEVICE_FAULT));
+  const std::set<std::string> well = topics_that_are_well();
+  EXPECT_TRUE(well.contains("force sensor"));
+  EXPECT_TRUE(well.contains("haptic device"));
 
   // Let go of on the way out: no force, no device.
   daemon->signal(SIGTERM);
@@ -101,7 +75,7 @@ TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
   client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });
 
   ASSERT_NO_FATAL_FAILURE(kill_peers());
-  const v1::RigState lost = client->await(latched);
+  const v1::RigState lost = client->await(is_latched);
   EXPECT_TRUE(lost.guard_fault() == v1::GUARD_FAULT_SENSOR_STALE ||
               lost.guard_fault() == v1::GUARD_FAULT_SENSOR_LOST ||
               lost.guard_fault() == v1::GUARD_FAULT_DEVICE_FAULT)
@@ -118,7 +92,7 @@ TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
   ASSERT_NO_FATAL_FAILURE(start_peers_again(kPressingHand));
   client->await([](const v1::RigState& s) { return sensor_is(s, v1::PART_STATE_READY); });
   const v1::RigState still = client->state();
-  EXPECT_TRUE(latched(still)) << "force came back unasked\n" << still.DebugString();
+  EXPECT_TRUE(is_latched(still)) << "force came back unasked\n" << still.DebugString();
   EXPECT_EQ(motor_force_n(), 0.0);
   client->await([&](const v1::RigState&) { return clear().ok(); });
   client->await(
@@ -160,15 +134,7 @@ TEST_F(EmulatedRigProcess, TheSensorIsOpenForScenesThatListenToIt) {
   EXPECT_EQ(udp_sockets(daemon->pid()), 0);
 
   // Looked at for the moment only.
-  v1::DiagnoseRequest probing;
-  probing.set_probe(true);
-  v1::Diagnosis diagnosis;
-  ASSERT_TRUE(client->rig->Diagnose(call_context().get(), probing, &diagnosis).ok());
-  bool delivered = false;
-  for (const v1::Finding& finding : diagnosis.findings()) {
-    delivered |= finding.topic() == "force sensor" && finding.severity() == v1::FINDING_SEVERITY_GOOD;
-  }
-  EXPECT_TRUE(delivered) << diagnosis.DebugString();
+  EXPECT_TRUE(topics_that_are_well().contains("force sensor"));
   EXPECT_EQ(udp_sockets(daemon->pid()), 0);
 
   // A scene that needs what does not answer is refused, and leaves nothing open.

@@ -4,9 +4,11 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <thread>
 
 #include "hapticd/v1/identification.grpc.pb.h"
+#include "tests/integration/identification/identifying.h"
 #include "tests/integration/real_parts/emulated_rig_process.h"
 
 namespace hapticd::test {
@@ -50,25 +52,15 @@ class RealParts : public EmulatedRigProcess {
   double mean_force_n(int count = 300) const {
     v1::SubscribeRequest request;
     request.add_groups(v1::FIELD_GROUP_SAMPLE);
-    const auto context = call_context();
-    const auto reader = client->telemetry->Subscribe(context.get(), request);
     double sum = 0.0;
     int seen = 0;
-    v1::TelemetryBatch batch;
-    while (seen < count && reader->Read(&batch)) {
-      for (const v1::TelemetrySample& sample : batch.samples()) {
-        if (sample.sample().force_count() == 0) continue;
-        sum += sample.sample().sensor_force_n().z();
-        ++seen;
-      }
-    }
-    context->TryCancel();
-    reader->Finish();
+    client->watch(request, [&](const v1::TelemetrySample& sample) {
+      if (sample.sample().force_count() == 0) return true;
+      sum += sample.sample().sensor_force_n().z();
+      return ++seen < count;
+    });
     EXPECT_GE(seen, count);
     return sum / std::max(1, seen);
-  }
-  std::unique_ptr<v1::IdentificationService::Stub> identification() const {
-    return v1::IdentificationService::NewStub(client->channel);
   }
   /// Runs a line of the shell. A guard takes a machine that stalls for a loop that hangs, and the table and
   /// the sensor refuse to go on: then, and only then, the user clears it and asks again.
@@ -84,23 +76,22 @@ class RealParts : public EmulatedRigProcess {
         return;
       }
       client->await([this](const v1::RigState& state) {
-        if (latched(state)) (void)clear();
+        if (is_latched(state)) (void)clear();
         return state.guard_state() == v1::GUARD_STATE_RENDERING;
       });
     }
   }
-  /// The report once it is over.
-  v1::IdentificationProgress watched(const v1::StartIdentificationRequest& request) const {
-    const auto stub = identification();
-    v1::StartIdentificationResponse started;
-    EXPECT_TRUE(ok(stub->StartIdentification(call_context().get(), request, &started)));
+  /// Starts an identification, lets `meanwhile` act, and returns the report once it is over.
+  v1::IdentificationProgress watched(const v1::StartIdentificationRequest& request,
+                                     const std::function<void()>& meanwhile = {}) const {
+    const auto stub = v1::IdentificationService::NewStub(client->channel);
     v1::WatchIdentificationRequest watch;
-    watch.set_identification(started.identification());
+    watch.set_identification(
+        answer_of(*stub, &v1::IdentificationService::Stub::StartIdentification, request).identification());
+    if (meanwhile) meanwhile();
     const auto context = call_context(std::chrono::minutes(4));
-    const auto reader = stub->WatchIdentification(context.get(), watch);
     v1::IdentificationProgress last;
-    while (reader->Read(&last)) {
-    }
+    EXPECT_TRUE(ok(read_all(*stub->WatchIdentification(context.get(), watch), last)));
     return last;
   }
 };
@@ -147,14 +138,9 @@ TEST_F(RealParts, AnIdentificationHoldsTheSensorAndFindsALaw) {
       << end.DebugString();
   EXPECT_GT(end.samples(), 500U) << end.DebugString();
   ASSERT_FALSE(end.model().empty()) << end.DebugString();
-  bool has_depth = false;
-  for (const v1::EstimatedParameter& parameter : end.parameters()) {
-    if (parameter.name() != "displacement_mm") continue;
-    has_depth = true;
-    EXPECT_GT(parameter.value(), 1.0);
-    EXPECT_LT(parameter.value(), 20.0);
-  }
-  EXPECT_TRUE(has_depth) << end.DebugString();
+  const double depth_mm = parameter_of(end, "displacement_mm").value();
+  EXPECT_GT(depth_mm, 1.0);
+  EXPECT_LT(depth_mm, 20.0);
   EXPECT_TRUE(sensor_is(client->state(), v1::PART_STATE_IDLE)) << "let go of again";
 }
 
@@ -173,23 +159,14 @@ TEST_F(RealParts, WithoutABiasALoadIsNotIdentified) {
 TEST_F(RealParts, AnIdentificationThatHearsNothingEndsWithTheReason) {
   ASSERT_NO_FATAL_FAILURE(start(kRestingHand));
   biased();
-  const auto stub = identification();
   v1::StartIdentificationRequest request;
   request.mutable_contact();
   request.set_object("sponge_hw");
   request.set_time_limit_s(600.0);
-  v1::StartIdentificationResponse started;
-  ASSERT_TRUE(stub->StartIdentification(call_context().get(), request, &started).ok());
-  client->await([](const v1::RigState& s) { return sensor_is(s, v1::PART_STATE_READY); });
-  ASSERT_NO_FATAL_FAILURE(kill_peers());
-  v1::WatchIdentificationRequest watch;
-  watch.set_identification(started.identification());
-  const auto context = call_context();
-  const auto reader = stub->WatchIdentification(context.get(), watch);
-  v1::IdentificationProgress last;
-  while (reader->Read(&last)) {
-  }
-  EXPECT_TRUE(reader->Finish().ok());
+  const v1::IdentificationProgress last = watched(request, [this] {
+    client->await([](const v1::RigState& s) { return sensor_is(s, v1::PART_STATE_READY); });
+    kill_peers();
+  });
   EXPECT_EQ(last.state(), v1::IDENTIFICATION_STATE_FAILED) << last.DebugString();
   EXPECT_FALSE(last.problem().what().empty());
   EXPECT_FALSE(last.problem().remedy().empty()) << last.DebugString();

@@ -54,8 +54,7 @@ TEST_F(ServiceGuide, LeadsTheToolToAPointAndThenToAnObject) {
   EXPECT_EQ(last.number(), 2U);
   EXPECT_NEAR(last.position_mm().z(), 0.0, 2.0);
   // In contact already.
-  status = move(down);
-  expect_refused_for(status, grpc::StatusCode::FAILED_PRECONDITION, v1::ERROR_REASON_IN_CONTACT);
+  expect_refused_for(move(down), grpc::StatusCode::FAILED_PRECONDITION, v1::ERROR_REASON_IN_CONTACT);
 }
 
 TEST_F(ServiceGuide, RefusesWhatIsNoMotionAndSaysWhy) {
