@@ -26,7 +26,8 @@ CommandRecord::CommandRecord(const std::shared_ptr<grpc::Channel>& channel)
       const std::lock_guard lock(mutex_);
       for (const v1::TelemetrySample& sample : batch.samples()) {
         const v1::Vector3& force = sample.guard().device_command_n();
-        ticks_[sample.tick()] = {{force.x(), force.y(), force.z()},
+        ticks_[sample.tick()] = {sample.time_ns(),
+                                 {force.x(), force.y(), force.z()},
                                  sample.guard().state(),
                                  sample.target().target_stiffness_n_per_mm(),
                                  sample.deformation().displacement_mm()};

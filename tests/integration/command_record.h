@@ -16,6 +16,7 @@ namespace hapticd::test {
 class CommandRecord {
  public:
   struct Tick {
+    std::int64_t time_ns = 0;
     hal::Vector3 force_n;
     v1::GuardState state = v1::GUARD_STATE_UNSPECIFIED;
     double target_n_per_mm = 0.0;

@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <thread>
 #include <vector>
 
 #include "server/grpc/calls/target_log.h"
+#include "tests/integration/command_record.h"
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
 
@@ -241,73 +244,28 @@ TEST(ServiceTargets, ALawThatIsNoneOrTooStiffIsRefusedWhole) {
       << "nothing of all this reached the loop";
 }
 
-/// Target stiffness by tick, from a subscription that runs while a test acts.
-class TargetTrace {
- public:
-  explicit TargetTrace(const RunningService& service, std::uint64_t from_tick) : from_tick_(from_tick) {
-    v1::SubscribeRequest request;
-    request.add_groups(v1::FIELD_GROUP_TARGET);
-    request.set_queue_samples(60000);
-    reader_ = service.telemetry->Subscribe(&context_, request);
-    EXPECT_TRUE(reader_->Read(&batch_)) << "the subscription is under way";
-  }
-  ~TargetTrace() {
-    context_.TryCancel();
-    reader_->Finish();
-  }
-  /// The samples from the first tick asked for up to `tick`.
-  std::vector<v1::TelemetrySample> up_to(std::uint64_t tick) {
-    std::vector<v1::TelemetrySample> samples;
-    do {
-      for (const v1::TelemetrySample& sample : batch_.samples()) {
-        if (sample.tick() >= from_tick_) samples.push_back(sample);
-      }
-    } while ((samples.empty() || samples.back().tick() < tick) && reader_->Read(&batch_));
-    return samples;
-  }
-
- private:
-  const std::uint64_t from_tick_;
-  grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReader<v1::TelemetryBatch>> reader_;
-  v1::TelemetryBatch batch_;
-};
-
 TEST(ServiceTargets, TakeEffectAtTheTickOfTheAcknowledgementAndRamp) {
   const RunningService service;
   v1::LoadSceneResponse loaded;
   ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
-  TargetTrace trace(service, loaded.effective_tick());
+  CommandRecord record(service.channel);
   v1::SetTargetRequest request = target(1.0);
   request.set_ramp_s(0.2);
   v1::SetTargetResponse response;
   ASSERT_TRUE(ok(service.set_target(request, &response)));
-
   const std::uint64_t start = response.effective_tick();
-  const auto samples = trace.up_to(start + 210);
-  bool seen = false;
-  std::int64_t before_ns = 0;  // of the last tick before the ramp, which goes by measured time
-  for (const v1::TelemetrySample& sample : samples) {
-    ASSERT_TRUE(sample.has_target());
-    EXPECT_FALSE(sample.has_contact()) << "not asked for";
-    if (sample.tick() < start) before_ns = sample.time_ns();
-    const double ramped = static_cast<double>(sample.time_ns() - before_ns) / 0.2e9;
-    const double k = sample.target().target_stiffness_n_per_mm();
-    if (sample.tick() < start) {
-      EXPECT_DOUBLE_EQ(k, 0.5);
-    }
-    if (sample.tick() == start) {
-      seen = true;
-      EXPECT_EQ(sample.time_ns(), response.effective_time_ns());
-    }
-    if (sample.tick() >= start && ramped < 1.0) {
-      EXPECT_NEAR(k, 0.5 + 0.5 * ramped, 1e-6) << sample.tick();
-    }
-    if (ramped > 1.0) {
-      EXPECT_DOUBLE_EQ(k, 1.0);
-    }
+  record.await_tick(start + 210);
+  const auto ticks = record.stop();
+  ASSERT_TRUE(ticks.contains(start));
+  EXPECT_EQ(ticks.at(start).time_ns, response.effective_time_ns());
+  // The ramp goes by measured time, from the last tick before it.
+  const std::int64_t before_ns = std::prev(ticks.find(start))->second.time_ns;
+  for (auto at = ticks.lower_bound(loaded.effective_tick()); at != ticks.end(); ++at) {
+    const double ramped = static_cast<double>(at->second.time_ns - before_ns) / 0.2e9;
+    const double expected = at->first < start ? 0.5 : 0.5 + 0.5 * std::min(ramped, 1.0);
+    const bool ramps = at->first >= start && ramped <= 1.0;
+    EXPECT_NEAR(at->second.target_n_per_mm, expected, ramps ? 1e-6 : 1e-15) << at->first;
   }
-  EXPECT_TRUE(seen);
 }
 
 TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
@@ -316,7 +274,7 @@ TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
   const RunningService service(config);
   v1::LoadSceneResponse loaded;
   ASSERT_TRUE(service.load("wall", &loaded).ok());
-  TargetTrace trace(service, loaded.effective_tick());
+  CommandRecord record(service.channel);
   v1::SetTargetRequest request = target(1.0);
   request.set_ramp_s(0.0);
   v1::SetTargetResponse response;
@@ -325,11 +283,12 @@ TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
   EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
   EXPECT_EQ(response.explanation(),
             "the ramp of 0 s was lengthened to 0.2 s: [guard] min_target_ramp_s = 0.2 s");
+  record.await_tick(response.effective_tick() + 210);
+  const auto ticks = record.stop();
   double before = 0.5;
-  for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 210)) {
-    const double k = sample.target().target_stiffness_n_per_mm();
-    EXPECT_LE(k - before, 0.5 / 200.0 + 1e-9) << sample.tick();
-    before = k;
+  for (auto at = ticks.lower_bound(loaded.effective_tick()); at != ticks.end(); ++at) {
+    EXPECT_LE(at->second.target_n_per_mm - before, 0.5 / 200.0 + 1e-9) << at->first;
+    before = at->second.target_n_per_mm;
   }
   EXPECT_DOUBLE_EQ(before, 1.0);
   request.set_ramp_s(0.3);
@@ -367,26 +326,22 @@ TEST(ServiceTargets, WaitForTheTimeAskedFor) {
   double stiffness_before = 0.5;
   for (int attempt = 0; attempt < 5 && !in_time; ++attempt) {
     const double stiffness = 0.875 - 0.125 * attempt;
-    TargetTrace trace(service, service.state().tick() + 1);
+    CommandRecord record(service.channel);
     v1::SetTargetRequest request = target(stiffness);
     request.set_ramp_s(0.0);
     request.set_at_time_ns(service.state().time_ns() + 1'500'000'000);
     v1::SetTargetResponse response;
     ASSERT_TRUE(ok(service.set_target(request, &response)));
     EXPECT_GE(response.effective_time_ns(), request.at_time_ns());
-
-    std::int64_t last_before_ns = 0;
-    bool seen = false;
-    for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 5)) {
-      const bool before = sample.tick() < response.effective_tick();
-      EXPECT_DOUBLE_EQ(sample.target().target_stiffness_n_per_mm(), before ? stiffness_before : stiffness)
-          << sample.tick();
-      if (before) last_before_ns = sample.time_ns();
-      if (sample.tick() != response.effective_tick()) continue;
-      EXPECT_EQ(sample.time_ns(), response.effective_time_ns());
-      seen = true;
+    record.await_tick(response.effective_tick() + 5);
+    const auto ticks = record.stop();
+    const auto effect = ticks.find(response.effective_tick());
+    ASSERT_NE(effect, ticks.end());
+    EXPECT_EQ(effect->second.time_ns, response.effective_time_ns());
+    for (const auto& [tick, seen] : ticks) {
+      EXPECT_DOUBLE_EQ(seen.target_n_per_mm, tick < effect->first ? stiffness_before : stiffness) << tick;
     }
-    EXPECT_TRUE(seen);
+    const std::int64_t last_before_ns = std::prev(effect)->second.time_ns;
     in_time = last_before_ns < request.at_time_ns();  // the first tick whose time had come
     stiffness_before = stiffness;
   }
