@@ -1,6 +1,9 @@
 #include "tests/integration/daemon_process.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <csignal>
 #include <utility>
 
 namespace hapticd::test {
@@ -34,7 +37,15 @@ DaemonProcess::DaemonProcess(const std::string& limit, std::vector<std::string> 
 std::string DaemonProcess::await_address() {
   const std::string line = read_line();
   const std::string before = "hapticd listens on ";
-  return line.rfind(before, 0) == 0 ? line.substr(before.size()) : std::string();
+  if (line.starts_with(before)) return line.substr(before.size());
+  wait();
+  ADD_FAILURE() << "it does not listen: " << errors();
+  return {};
+}
+
+void DaemonProcess::end() {
+  signal(SIGTERM);
+  EXPECT_EQ(wait(), 0) << errors();
 }
 
 std::string subscriber_binary() {

@@ -114,10 +114,7 @@ class EmulatedRigProcess : public testing::Test {
     daemon = std::make_unique<DaemonProcess>(arguments);
     unsetenv("LD_PRELOAD");  // of the daemon, not of what else is started
     address = daemon->await_address();
-    if (address.empty()) {
-      daemon->wait();
-      FAIL() << daemon->errors();
-    }
+    ASSERT_FALSE(address.empty());
     client = std::make_unique<ServiceClient>(connect(address));
   }
   void kill_peers() {

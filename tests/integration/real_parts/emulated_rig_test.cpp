@@ -60,8 +60,7 @@ TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
   EXPECT_TRUE(well.contains("haptic device"));
 
   // Let go of on the way out: no force, no device.
-  daemon->signal(SIGTERM);
-  EXPECT_EQ(daemon->wait(), 0) << daemon->errors();
+  daemon->end();
   const HdPage page(page_path, HdPage::Join{});
   EXPECT_EQ(motor_force_n(), 0.0);
   const auto events = page.events();

@@ -38,7 +38,6 @@ class RecordingCrash : public testing::Test {
     auto daemon =
         std::make_unique<DaemonProcess>(std::vector<std::string>{"--config", config_, "--log-level", "off"});
     address_ = daemon->await_address();
-    EXPECT_FALSE(address_.empty());
     return daemon;
   }
   client::Client client() const { return client::Client({.address = address_, .timeout = kCrashTimeout}); }
@@ -71,8 +70,7 @@ class RecordingCrash : public testing::Test {
   void recover(std::size_t incidents) {
     const auto daemon = started();
     EXPECT_TRUE(eventually([&] { return files("incidents", "_unclean_end").size() >= incidents; }));
-    daemon->signal(SIGTERM);
-    EXPECT_EQ(daemon->wait(), 0);
+    daemon->end();
   }
 
   const TemporaryFolder folder_;

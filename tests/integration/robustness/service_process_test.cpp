@@ -101,9 +101,8 @@ TEST(ServiceManager, ThatDoesNotReadHoldsUpNoSignal) {
   const EnvironmentVariable address("NOTIFY_SOCKET", folder.path() + "/notify");
   const EnvironmentVariable watchdog("WATCHDOG_USEC", "400000");
   DaemonProcess daemon(kPlainService);
-  ASSERT_FALSE(daemon.await_address().empty());
-  daemon.signal(SIGTERM);
-  EXPECT_EQ(daemon.wait(), 0);
+  daemon.await_address();
+  daemon.end();
 }
 
 v1::GuardFault latched_by(const ServiceClient& client) {
@@ -125,8 +124,7 @@ TEST(AfterACrash, TheDaemonStartsWithoutForceUntilSomeoneClears) {
   {  // ends before anyone has cleared: the next one must not forget
     DaemonProcess second(kPlainService);
     EXPECT_EQ(latched_by(ServiceClient(connect(second.await_address()))), v1::GUARD_FAULT_UNCLEAN_END);
-    second.signal(SIGTERM);
-    EXPECT_EQ(second.wait(), 0);
+    second.end();
     EXPECT_NE(second.errors().find("did not end cleanly"), std::string::npos) << second.errors();
     EXPECT_TRUE(fs::exists(marker));
   }
@@ -136,8 +134,7 @@ TEST(AfterACrash, TheDaemonStartsWithoutForceUntilSomeoneClears) {
     EXPECT_EQ(latched_by(client), v1::GUARD_FAULT_UNCLEAN_END);
     const v1::ClearResponse cleared = answer_of(*client.safety, &v1::SafetyService::Stub::Clear);
     EXPECT_EQ(cleared.cleared_fault(), v1::GUARD_FAULT_UNCLEAN_END);
-    third.signal(SIGTERM);
-    EXPECT_EQ(third.wait(), 0);
+    third.end();
     EXPECT_FALSE(fs::exists(marker));
   }
   DaemonProcess fourth(kPlainService);
@@ -166,8 +163,7 @@ TEST(Files, AreForItsUserAndGroupHoweverItWasStarted) {
     ++seen;
   }
   EXPECT_GT(seen, 2);
-  daemon.signal(SIGTERM);
-  EXPECT_EQ(daemon.wait(), 0);
+  daemon.end();
 }
 
 TEST(Memory, TheDaemonStaysSmall) {
