@@ -14,6 +14,7 @@
 #include "client/cpp/client.h"
 #include "server/diagnosis/certificate_findings.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/eventually.h"
 #include "tests/support/lab.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
@@ -180,23 +181,19 @@ TEST(Certificates, AreReplacedUnderStreamsThatGoOn) {
       }
     });
   }
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
-  while (reading < kStreams && lost == 0 && std::chrono::steady_clock::now() < until)
-    std::this_thread::yield();
+  EXPECT_TRUE(eventually([&] { return reading >= kStreams || lost > 0; }));
   std::filesystem::create_directory_symlink(next.server(), link + ".next");
   std::filesystem::rename(link + ".next", link);
   // Another authority altogether: once its clients are known, the files were read.
-  while (!replaced && std::chrono::steady_clock::now() < until) {
+  EXPECT_TRUE(eventually([&] {
     try {
       replaced = client_of(service, next.client("anna")).access().role() == v1::ROLE_OPERATOR;
     } catch (const Error&) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      return false;
     }
-  }
-  EXPECT_TRUE(replaced) << "the new certificates were not read";
-  while (after < 10 * kStreams && lost == 0 && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+    return replaced.load();
+  })) << "the new certificates were not read";
+  EXPECT_TRUE(eventually([&] { return after >= 10 * kStreams || lost > 0; }));
   EXPECT_EQ(lost.load(), 0);
   EXPECT_GE(after.load(), 10U * kStreams);
   enough = true;

@@ -7,6 +7,7 @@
 #include "client/cli/session/exit_code.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/child_process.h"
+#include "tests/support/eventually.h"
 
 namespace hapticd::test {
 namespace {
@@ -95,11 +96,11 @@ TEST_F(HapticctlTurntable, AKilledClientStopsTheTable) {
     while (Json::parse(child.read_line())["motion"]["completion"] < 0.001) {
     }
   }
-  const auto until = std::chrono::steady_clock::now() + kTimeout;
   Json status;
-  do {
+  EXPECT_TRUE(eventually([&] {
     status = Json::parse(run({"status", "--json"}).output)["status"];
-  } while (status["state"] != "standing" && std::chrono::steady_clock::now() < until);
+    return status["state"] == "standing";
+  }));
   EXPECT_EQ(status["motion"]["end"], "stopped");
 }
 
