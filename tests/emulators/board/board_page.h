@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "tests/emulators/shared_page.h"
+#include "tests/support/system/shared_page.h"
 
 namespace hapticd::emulators {
 
@@ -30,7 +30,7 @@ struct BoardPageLayout {
 static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
 
 /// One end of such a page. One thread writes the world's side.
-class BoardPage : public SharedPage<BoardPageLayout> {
+class BoardPage : public test::SharedPage<BoardPageLayout> {
  public:
   /// Makes it, outputs at zero volts.
   explicit BoardPage(const std::string& path);

@@ -28,8 +28,8 @@ namespace {
 using hapticd::emulators::HdEvent;
 using hapticd::emulators::HdPageDevice;
 using hapticd::emulators::HdPageLayout;
-using hapticd::emulators::SharedPage;
 using hapticd::test::monotonic_ns;
+using hapticd::test::SharedPage;
 
 using Code = unsigned int;
 using DeviceHandle = unsigned int;

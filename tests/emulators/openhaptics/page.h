@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hal/samples.h"
-#include "tests/emulators/shared_page.h"
+#include "tests/support/system/shared_page.h"
 
 namespace hapticd::emulators {
 
@@ -113,7 +113,7 @@ struct HdPageLayout {
 static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
 
 /// The world's end of a page. Many threads may set faults; one feeds poses.
-class HdPage : public SharedPage<HdPageLayout> {
+class HdPage : public test::SharedPage<HdPageLayout> {
  public:
   /// Makes it, with sound devices at rest: "Default Device" and "Second Device".
   explicit HdPage(const std::string& path);

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace hapticd::emulators {
+namespace hapticd::test {
 
 /// A file that two processes map, of one layout, which begins with its `kMagic`.
 template <class Layout>
@@ -61,4 +61,4 @@ class SharedPage {
   Layout* layout_ = nullptr;
 };
 
-}  // namespace hapticd::emulators
+}  // namespace hapticd::test
