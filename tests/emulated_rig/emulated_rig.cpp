@@ -9,8 +9,8 @@
 #include "hal/netft/netft_sensor.h"
 #include "hal/openhaptics/openhaptics_device.h"
 #include "tests/emulated_rig/board_parts.h"
-#include "tests/support/monotonic_ns.h"
-#include "tests/support/priority_while_starting.h"
+#include "tests/support/system/monotonic_ns.h"
+#include "tests/support/system/priority_while_starting.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::test {

@@ -1,6 +1,6 @@
 #include "tests/emulated_rig/tapped_rig.h"
 
-#include "tests/support/monotonic_ns.h"
+#include "tests/support/system/monotonic_ns.h"
 
 namespace hapticd::test {
 

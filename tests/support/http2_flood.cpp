@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 
 namespace hapticd::test {
 

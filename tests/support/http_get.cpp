@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 
 namespace hapticd::test {
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "hal/sim/device/arm.h"
-#include "tests/support/monotonic_ns.h"
+#include "tests/support/system/monotonic_ns.h"
 #include "tests/support/turn.h"
 
 namespace hapticd::emulators {

@@ -22,7 +22,7 @@
 
 #include "tests/emulators/modbus/drive_registers.h"
 #include "tests/emulators/modbus/wire.h"
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 
 namespace hapticd::test {
 

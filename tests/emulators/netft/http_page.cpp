@@ -10,7 +10,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 
 namespace hapticd::emulators {
 

@@ -14,8 +14,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "tests/support/loopback.h"
-#include "tests/support/monotonic_ns.h"
+#include "tests/support/system/loopback.h"
+#include "tests/support/system/monotonic_ns.h"
 
 namespace hapticd::emulators {
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "tests/emulators/openhaptics/page.h"
-#include "tests/support/monotonic_ns.h"
+#include "tests/support/system/monotonic_ns.h"
 
 #define STAND_IN_EXPORT extern "C" __attribute__((visibility("default")))
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "tests/support/monotonic_ns.h"
+#include "tests/support/system/monotonic_ns.h"
 
 namespace hapticd::emulators {
 

@@ -22,7 +22,7 @@
 #include "tests/support/eventually.h"
 #include "tests/support/http2_flood.h"
 #include "tests/support/lab.h"
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 

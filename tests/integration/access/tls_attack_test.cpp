@@ -13,7 +13,7 @@
 #include "client/cpp/client.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/lab.h"
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 
 namespace hapticd::test {
 namespace {

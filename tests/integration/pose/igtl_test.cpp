@@ -23,7 +23,7 @@
 #include "client/igtl/igtl_port.h"
 #include "tests/integration/pose/igtl_peer.h"
 #include "tests/integration/running_service.h"
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 
 namespace hapticd::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "tests/integration/real_parts/emulated_rig_process.h"
-#include "tests/support/priority_while_starting.h"
+#include "tests/support/system/priority_while_starting.h"
 
 namespace hapticd::test {
 namespace {

@@ -19,9 +19,9 @@
 #include "tests/integration/running_service.h"
 #include "tests/support/eventually.h"
 #include "tests/support/http2_flood.h"
-#include "tests/support/loopback.h"
 #include "tests/support/process_memory.h"
 #include "tests/support/sanitizer.h"
+#include "tests/support/system/loopback.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {

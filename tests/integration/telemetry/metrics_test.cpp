@@ -14,7 +14,7 @@
 #include "server/metrics/rig_metrics.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/http_get.h"
-#include "tests/support/loopback.h"
+#include "tests/support/system/loopback.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
