@@ -150,8 +150,8 @@ class EmulatedRigProcess : public testing::Test {
     v1::DiagnoseRequest request;
     request.set_probe(true);
     std::set<std::string> well;
-    for (const v1::Finding& finding :
-         answer_of(*client->rig, &v1::RigService::Stub::Diagnose, request).findings()) {
+    const v1::Diagnosis diagnosis = answer_of(*client->rig, &v1::RigService::Stub::Diagnose, request);
+    for (const v1::Finding& finding : diagnosis.findings()) {
       if (finding.severity() == v1::FINDING_SEVERITY_GOOD) well.insert(finding.topic());
     }
     return well;

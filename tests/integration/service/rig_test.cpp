@@ -34,8 +34,8 @@ std::vector<v1::Finding> findings(const RunningService& service, const std::stri
   v1::DiagnoseRequest request;
   request.set_probe(probe);
   std::vector<v1::Finding> found;
-  for (const v1::Finding& finding :
-       answer_of(*service.rig, &v1::RigService::Stub::Diagnose, request).findings()) {
+  const v1::Diagnosis diagnosis = answer_of(*service.rig, &v1::RigService::Stub::Diagnose, request);
+  for (const v1::Finding& finding : diagnosis.findings()) {
     if (topic.empty() || finding.topic() == topic) found.push_back(finding);
   }
   return found;
