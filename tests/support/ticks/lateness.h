@@ -8,7 +8,7 @@
 
 namespace hapticd::test {
 
-/// By how much each of so many ticks of a millisecond is late: `pauses` are {every so many ticks, µs}. Those
+/// Lateness of each of so many ticks of a millisecond: `pauses` are {every so many ticks, µs}. Those
 /// that could not be in time after a pause are late, too.
 inline std::vector<double> lateness_us(std::size_t ticks,
                                        std::initializer_list<std::pair<std::size_t, double>> pauses) {
