@@ -127,7 +127,7 @@ TEST_F(ServiceTurntable, RefusesWhatCannotBe) {
   EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_IDLE);  // none of it needed the port
 }
 
-TEST_F(ServiceTurntable, ACallThatEndsStopsTheTable) {
+TEST_F(ServiceTurntable, ACancelledCallStopsTheTable) {
   ASSERT_EQ(home().error_message(), "");
   Motion motion = set_off();
   motion.context->TryCancel();
@@ -135,10 +135,13 @@ TEST_F(ServiceTurntable, ACallThatEndsStopsTheTable) {
   const v1::Turntable now = await(v1::TURNTABLE_STATE_STANDING);
   EXPECT_EQ(now.status().motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
   EXPECT_LT(now.status().position_deg(), 160.0);
+}
 
+TEST_F(ServiceTurntable, ADeadlineThatPassesStopsTheTable) {
+  ASSERT_EQ(home().error_message(), "");
   const auto context = call_context(std::chrono::milliseconds(700));
   v1::TurntableStatus last;
-  EXPECT_EQ(read_all(*table->MoveTo(context.get(), to_angle(-170.0, 20.0)), last).error_code(),
+  EXPECT_EQ(read_all(*table->MoveTo(context.get(), to_angle(170.0, 20.0)), last).error_code(),
             grpc::StatusCode::DEADLINE_EXCEEDED);
   EXPECT_EQ(await(v1::TURNTABLE_STATE_STANDING).status().motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
 }
