@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
   app.add_option("--tcp", options.tcp_port, "listen on this port of 127.0.0.1 (0 = any free port)");
   app.add_flag("--rtu", options.serial, "open a pty pair and show the port a master may open");
   app.add_option("--unit", options.unit, "the drive's number")->capture_default_str();
-  const auto* az = app.add_flag("--az", "speak the registers of an Oriental Motor AZ, not of 'plain_drive'");
+  bool az = false;
+  app.add_flag("--az", az, "speak the registers of an Oriental Motor AZ, not of 'plain_drive'");
   constexpr int kBadCommandLine = 2;
   try {
     app.parse(argc, argv);
@@ -21,7 +22,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kBadCommandLine;
   }
-  if (*az) options.make = EmulatedDrive::Make::kOrientalAz;
+  if (az) options.make = EmulatedDrive::Make::kOrientalAz;
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
