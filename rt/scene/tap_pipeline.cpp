@@ -171,8 +171,10 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   }
   is_held_ = hold_within_sensor(desired, encoder_mm);
   // A little that is read at the surface and above it is most likely nothing: to take it off would pull at it.
-  const double sure = std::max(desired.displacement_mm / kSurfaceMm, now.reaction_n / kLittleN - 1.0);
-  desired.force_n *= std::clamp(sure, 0.0, 1.0);
+  if (contact_.needs_evidence()) {
+    const double sure = std::max(desired.displacement_mm / kSurfaceMm, now.reaction_n / kLittleN - 1.0);
+    desired.force_n *= std::clamp(sure, 0.0, 1.0);
+  }
   return desired;
 }
 
