@@ -31,14 +31,6 @@ sim::HandProgram following() {
   return program;
 }
 
-/// A device under a hand, half a second later.
-VirtualRun held_by(const sim::HandProgram& hand, const sim::SimulationConfig& config = {.object = "none"}) {
-  VirtualRun rig(config, press_scene());
-  rig.set_hand(hand);
-  rig.run(0.5);
-  return rig;
-}
-
 struct Led {
   GuideState end = GuideState::kNone;
   double peak_mm_per_s = 0.0;   ///< true, over five ticks, until it lets go
@@ -87,7 +79,9 @@ TEST(ToolGuide, LeadsAFollowingHandNoFasterThanItIsTold) {
     sim::SimulationConfig config;
     config.device = device;
     config.object = "none";
-    VirtualRun rig = held_by(following(), config);
+    VirtualRun rig(config, press_scene());
+    rig.set_hand(following());
+    rig.run(0.5);
     const Led led = lead(rig, {.goal_mm = {20.0, -10.0, 45.0}});
     EXPECT_EQ(led.end, GuideState::kArrived) << device;
     EXPECT_LE(led.peak_mm_per_s, 15.0 * 1.05) << device;
@@ -100,7 +94,9 @@ TEST(ToolGuide, LeadsAnArmThatNobodyHoldsOnAShakyTableWithALateClock) {
   sim::SimulationConfig config;
   config.object = "none";
   config.conditions = "lab";
-  VirtualRun rig = held_by({.kind = sim::HandProgram::Kind::kShake, .force_n = 0.0}, config);  // no hand
+  VirtualRun rig(config, press_scene());
+  rig.set_hand({.kind = sim::HandProgram::Kind::kShake, .force_n = 0.0});  // a light spring, no hand
+  rig.run(0.5);
   const Led led = lead(rig, {.goal_mm = {5.0, -5.0, 35.0}});
   EXPECT_EQ(led.end, GuideState::kArrived);
   EXPECT_LE(led.peak_mm_per_s, 15.0 * 1.05 + kTableMmPerS);
@@ -109,7 +105,11 @@ TEST(ToolGuide, LeadsAnArmThatNobodyHoldsOnAShakyTableWithALateClock) {
 
 TEST(ToolGuide, StopsWhereAnObjectIsTouched) {
   for (const char* object : {"sponge_block", "rubber_ball"}) {
-    VirtualRun rig = held_by(following(), {.object = object});
+    sim::SimulationConfig config;
+    config.object = object;
+    VirtualRun rig(config, press_scene());
+    rig.set_hand(following());
+    rig.run(0.5);
     const Led led = lead(rig, {.goal_mm = {0.0, 0.0, -20.0}});
     EXPECT_EQ(led.end, GuideState::kContact) << object;
     EXPECT_LE(led.peak_mm_per_s, 15.0 * 1.05) << object;
@@ -119,15 +119,24 @@ TEST(ToolGuide, StopsWhereAnObjectIsTouched) {
 }
 
 TEST(ToolGuide, GivesInToAHandThatHoldsFast) {
-  VirtualRun rig = held_by({.kind = sim::HandProgram::Kind::kRest});
-  rig.run(0.5);
+  sim::SimulationConfig config;
+  config.object = "none";
+  VirtualRun rig(config, press_scene());
+  sim::HandProgram still;
+  still.kind = sim::HandProgram::Kind::kRest;
+  rig.set_hand(still);
+  rig.run(1.0);
   const Led led = lead(rig, {.goal_mm = {0.0, 0.0, -60.0}, .max_force_n = 1.0});
   EXPECT_EQ(led.end, GuideState::kResisted);
   EXPECT_LE(led.largest_step_n, 0.05);
 }
 
 TEST(ToolGuide, EndsWhereTheGuardTakesTheForceAwayAndDoesNotGoOn) {
-  VirtualRun rig = held_by(following());
+  sim::SimulationConfig config;
+  config.object = "none";
+  VirtualRun rig(config, press_scene());
+  rig.set_hand(following());
+  rig.run(0.5);
   rig.assistance().begin_guide({.goal_mm = {30.0, 0.0, 25.0}});
   rig.run(1.0);
   ASSERT_GT(length(rig.record().guide_force_n), 0.01);
@@ -144,7 +153,11 @@ TEST(ToolGuide, EndsWhereTheGuardTakesTheForceAwayAndDoesNotGoOn) {
 }
 
 TEST(ToolGuide, ACancelledOneLetsGoWithoutAJerk) {
-  VirtualRun rig = held_by(following());
+  sim::SimulationConfig config;
+  config.object = "none";
+  VirtualRun rig(config, press_scene());
+  rig.set_hand(following());
+  rig.run(0.5);
   rig.assistance().begin_guide({.goal_mm = {30.0, 0.0, 25.0}});
   rig.run(1.0);
   rig.assistance().cancel_guide();
@@ -408,8 +421,7 @@ TEST(PresentationWatch, AContactThatFlickersIsTheSame) {
   EXPECT_NE(watch.summary().broken & rt::watch_bit::kContactSpeed, 0U);
 }
 
-// An object that is brushed for a moment is felt as it is. A participant who judges it has not felt the
-// target.
+// An object that is brushed for a moment is felt as it is. A participant who judges it has not felt the target.
 TEST(PresentationWatch, ABriefTouchIsNoPresentation) {
   const auto flaws_after = [](int ticks_touched) {
     rt::PresentationWatch watch({}, {0.0, 0.0, -1.0}, 1000.0);

@@ -1,13 +1,14 @@
+#include <algorithm>
 #include <cmath>
-#include <map>
+#include <numbers>
 #include <string>
 #include <vector>
 
+#include "rt/signal/vector.h"
 #include "tests/measure/report/quantile.h"
-#include "tests/measure/study/common/palpation.h"
-#include "tests/measure/study/common/parts.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/scenes.h"
-#include "tests/measure/study/common/stroke_log.h"
+#include "tests/measure/study/common/shadow.h"
 
 namespace hapticd::study {
 
@@ -18,18 +19,28 @@ using report::quantile;
 struct Estimator {
   const char* name;
   const char* law;
-  Watching watching;
+  rt::SceneSpec scene;
+  rt::ObjectModel model;
 };
 
 constexpr std::size_t kDefault = 0, kPublished = 1, kAsShipped = 2;
 
 std::vector<Estimator> estimators(const std::string& object, rt::Tip tip) {
-  static std::map<std::string, rt::ObjectModel> shipped;
   const IdentificationResult& models = identified(object);
-  const rt::ObjectModel& of_file = shipped.try_emplace(object, shipped_model(object)).first->second;
-  return {{"default", "creep", {explore_scene(tip), &models.model}},
-          {"dissertation", "hunt_crossley", {dissertation_scene(tip), &models.dissertation}},
-          {"as shipped", "creep", {explore_scene(tip), &of_file}}};
+  std::vector<Estimator> all{{"default", "creep", explore_scene(tip), models.model},
+                             {"dissertation", "hunt_crossley", dissertation_scene(tip), models.dissertation},
+                             {"as shipped", "creep", explore_scene(tip), shipped_model(object)}};
+  const auto vary = [&](const char* name, const char* law, rt::DisplacementEstimator estimator,
+                        rt::ContactLawKind kind) {
+    all.push_back({name, law, explore_scene(tip), models.model});
+    all.back().scene.explore.displacement = estimator;
+    all.back().scene.explore.law = kind;
+  };
+  vary("fused", "hunt_crossley", rt::DisplacementEstimator::kFused, rt::ContactLawKind::kHuntCrossley);
+  vary("inverse", "creep", rt::DisplacementEstimator::kInverse, rt::ContactLawKind::kCreep);
+  vary("inverse", "hunt_crossley", rt::DisplacementEstimator::kInverse, rt::ContactLawKind::kHuntCrossley);
+  vary("recursive", "none", rt::DisplacementEstimator::kRecursive, rt::ContactLawKind::kCreep);
+  return all;
 }
 
 /// What one estimator did over all strokes of an object.
@@ -46,20 +57,82 @@ double mean(const std::vector<double>& values) {
   return values.empty() ? std::nan("") : sum / static_cast<double>(values.size());
 }
 
-void count(const StrokeLog& log, std::vector<Errors>& errors) {
-  for (std::size_t i = 0; i < log.ticks.size(); ++i) {
-    const StrokeTick& tick = log.ticks[i];
-    if (!tick.touches) continue;
-    const bool leaving = !log.counts(i);
+/// One tick, kept until it is known which phase it belongs to.
+struct Moment {
+  bool touches;
+  double displacement_mm, sliding_mm_per_s;
+  hal::Vector3 tip_mm;
+  std::vector<double> angle_deg, estimate_mm;  ///< per estimator; NaN if it sees no contact
+};
+
+std::vector<Moment> watch_strokes(const sim::SimulationConfig& rig, const sim::HandProgram& hand,
+                                  const std::vector<Estimator>& all) {
+  VirtualRun run = unrendered(rig);
+  std::vector<Shadow> shadows;
+  for (const Estimator& estimator : all) {
+    shadows.emplace_back(run.info(), estimator.scene, estimator.model);
+  }
+  run.set_hand(hand);
+  std::vector<Moment> moments;
+  hal::Vector3 last_mm;
+  const double end_s = judged_strokes_end_s(hand);
+  while (run.time_s() < end_s) {
+    run.step();
+    const hal::TruthSample& truth = run.truth();
+    const hal::Vector3 moved = truth.tip_position_mm - last_mm;
+    last_mm = truth.tip_position_mm;
+    Moment moment{truth.in_contact,
+                  truth.displacement_mm,
+                  1e3 * rt::norm(rt::across(moved, truth.outward_normal)),
+                  truth.tip_position_mm,
+                  {},
+                  {}};
+    for (Shadow& shadow : shadows) {
+      shadow.watch(run.sample());
+      const rt::TickRecord& record = shadow.record();
+      const double cosine = std::clamp(dot(record.normal, truth.outward_normal), -1.0, 1.0);
+      moment.angle_deg.push_back(record.in_contact ? std::acos(cosine) * 180.0 / std::numbers::pi
+                                                   : std::nan(""));
+      moment.estimate_mm.push_back(record.in_contact ? record.displacement_mm : std::nan(""));
+    }
+    moments.push_back(std::move(moment));
+  }
+  return moments;
+}
+
+constexpr double kSlidingMmPerS = 10.0;
+constexpr double kMinMm = 0.2;  // below it a ratio of displacements says nothing
+
+/// The tick after which the tip only leaves the object: the last one at seven tenths of the depth of the
+/// strokes.
+std::size_t release_of(const std::vector<Moment>& moments) {
+  std::vector<double> depths;
+  for (const Moment& m : moments) {
+    if (m.touches && m.sliding_mm_per_s > kSlidingMmPerS) depths.push_back(m.displacement_mm);
+  }
+  const double deep_mm = 0.7 * quantile(depths, 0.5);
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    if (moments[i].displacement_mm > deep_mm) last = i;
+  }
+  return last;
+}
+
+void count(const std::vector<Moment>& moments, std::vector<Errors>& errors) {
+  const std::size_t release = release_of(moments);
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const Moment& m = moments[i];
+    if (!m.touches) continue;
     for (std::size_t e = 0; e < errors.size(); ++e) {
-      if (std::isnan(tick.estimate_mm[e])) continue;
+      if (std::isnan(m.estimate_mm[e])) continue;
+      const bool leaving = i > release;
       if (!leaving) {
-        errors[e].all_deg.push_back(tick.angle_deg[e]);
-        if (tick.sliding_mm_per_s > kSlidingMmPerS) errors[e].sliding_deg.push_back(tick.angle_deg[e]);
+        errors[e].all_deg.push_back(m.angle_deg[e]);
+        if (m.sliding_mm_per_s > kSlidingMmPerS) errors[e].sliding_deg.push_back(m.angle_deg[e]);
       }
-      if (tick.displacement_mm > kMinMm) {
+      if (m.displacement_mm > kMinMm) {
         (leaving ? errors[e].release : errors[e].displacement)
-            .push_back(std::abs(tick.estimate_mm[e] / tick.displacement_mm - 1.0));
+            .push_back(std::abs(m.estimate_mm[e] / m.displacement_mm - 1.0));
       }
     }
   }
@@ -76,21 +149,38 @@ Published published(const std::string& object, bool rod) {
   return rod ? Published{0.105, 0.1662} : Published{0.1268, 0.3284};
 }
 
-void plot_direction(StudyContext& context, const std::string& object, const std::string& tip,
-                    const StrokeLog& log) {
+void plot_stroke(StudyContext& context, const std::string& object, const std::string& tip,
+                 const std::vector<Moment>& moments) {
+  report::SvgPlot displacement;
+  displacement.title = "Displacement of one stroke: " + object + ", " + tip;
+  displacement.x = {"time", "s"};
+  displacement.y = {"displacement", "mm"};
+  displacement.y.minimum = 0.0;
   report::SvgPlot direction;
   direction.title = "Direction error of one stroke back and forth: " + object + ", " + tip;
   direction.x = {"time", "s"};
-  direction.y = {"angle to the true normal", "deg", false, 0.0, 60.0};
+  direction.y = {"angle to the true normal", "deg"};
+  direction.y.minimum = 0.0;
+  direction.y.maximum = 60.0;
   direction.references = {{report::PlotReference::Axis::kY, 18.4, "JND of force direction, 18.4°"},
                           {report::PlotReference::Axis::kY, 8.0, "goal, 8°"}};
-  report::PlotSeries ours{"default"}, theirs{"dissertation"};
-  for (std::size_t i = 0; i < log.ticks.size(); i += 4) {
-    if (!log.ticks[i].touches) continue;
-    ours.add(1e-3 * static_cast<double>(i), log.ticks[i].angle_deg[kDefault]);
-    theirs.add(1e-3 * static_cast<double>(i), log.ticks[i].angle_deg[kPublished]);
+  report::PlotSeries truth{"truth"}, ours{"default"}, theirs{"dissertation"};
+  report::PlotSeries our_angle{"default"}, their_angle{"dissertation"};
+  for (std::size_t i = 0; i < moments.size(); i += 4) {
+    const Moment& m = moments[i];
+    if (!m.touches) continue;
+    const double t = 1e-3 * static_cast<double>(i);
+    truth.add(t, m.displacement_mm);
+    for (const auto& [series, value] : {std::pair{&ours, m.estimate_mm[0]},
+                                        {&theirs, m.estimate_mm[1]},
+                                        {&our_angle, m.angle_deg[0]},
+                                        {&their_angle, m.angle_deg[1]}}) {
+      series->add(t, value);
+    }
   }
-  direction.series = {theirs, ours};
+  displacement.series = {theirs, truth, ours};
+  direction.series = {their_angle, our_angle};
+  context.report.add_plot("stroke_displacement_" + object + "_" + tip, displacement);
   context.report.add_plot("stroke_direction_" + object + "_" + tip, direction);
 }
 
@@ -103,6 +193,15 @@ void run_estimation(StudyContext& context) {
                                     "with turns p95 °"});
   report::MarkdownTable displacements({"object", "tip", "estimator", "law", "median %", "mean %",
                                        "D median %", "D mean %", "release median %"});
+  report::SvgPlot overview;
+  overview.title = "Displacement error while pressing and stroking: median";
+  overview.y = {"|x̂ - x| / x", "%"};
+  overview.y.minimum = 0.0;
+  overview.references = {{report::PlotReference::Axis::kY, 5.0, "goal"}};
+  report::PlotSeries ours{"default"}, baseline{"dissertation, our baseline"},
+      theirs{"dissertation, as reported"};
+  for (auto* series : {&ours, &baseline, &theirs}) series->style = report::PlotSeries::Style::kPoints;
+
   const std::vector<double> forces_n =
       context.quick ? std::vector<double>{4.0} : std::vector<double>{2, 4, 6};
   const std::vector<double> speeds =
@@ -111,16 +210,16 @@ void run_estimation(StudyContext& context) {
     const std::string tip = rod ? "rod" : "ball_bearing";
     for (const std::string& object : explored_objects()) {
       const std::vector<Estimator> all = estimators(object, rod ? rt::Tip::kRod : rt::Tip::kBallBearing);
-      std::vector<Watching> watching;
-      for (const Estimator& estimator : all) watching.push_back(estimator.watching);
       std::vector<Errors> errors(all.size());
       std::uint64_t seed = 1;
       for (const double force_n : forces_n) {
         for (const double speed : speeds) {
-          const StrokeLog log = log_strokes(object, tip, force_n, speed, ++seed, watching);
-          count(log, errors);
-          const bool shown = object == "rubber_ball_3d" && rod && force_n == 4.0 && speed == 100.0;
-          if (shown) plot_direction(context, object, tip, log);
+          sim::SimulationConfig rig = explore_rig("phantom_1_5_high_force", object, tip);
+          rig.seed = ++seed;
+          const std::vector<Moment> moments = watch_strokes(rig, judged_strokes(force_n, speed), all);
+          count(moments, errors);
+          const bool shown = (object == "sponge_cut" || object == "rubber_ball_3d") && rod;
+          if (shown && force_n == 4.0 && speed == 100.0) plot_stroke(context, object, tip, moments);
         }
       }
       for (const std::size_t e : {kDefault, kPublished, kAsShipped}) {
@@ -175,6 +274,11 @@ void run_estimation(StudyContext& context) {
              fixed(100.0 * mean(errors[e].displacement), 2), fixed(100.0 * reference.median, 1),
              fixed(100.0 * reference.mean, 1), fixed(100.0 * quantile(errors[e].release, 0.5), 2)});
       }
+      overview.x.categories.push_back(object + " " + (rod ? "rod" : "bearing"));
+      const double at = static_cast<double>(overview.x.categories.size() - 1);
+      ours.add(at, 100.0 * quantile(errors[0].displacement, 0.5));
+      baseline.add(at, 100.0 * quantile(errors[1].displacement, 0.5));
+      theirs.add(at, 100.0 * reference.median);
     }
   }
   context.report.add_table(
@@ -187,6 +291,8 @@ void run_estimation(StudyContext& context) {
       "displacement", "Displacement error on the same strokes", displacements,
       "Relative to the true displacement where that exceeds 0.2 mm. D: as reported, release included. "
       "Release: from seven tenths of the strokes' depth until contact ends.");
+  overview.series = {theirs, baseline, ours};
+  context.report.add_plot("displacement", overview);
 }
 
 }  // namespace hapticd::study

@@ -14,9 +14,8 @@
 #include "rt/signal/vector.h"
 #include "server/scene/scene_file.h"
 #include "tests/measure/report/quantile.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/hands.h"
-#include "tests/measure/study/common/palpation.h"
-#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/shadow.h"
@@ -35,7 +34,15 @@ namespace hapticd::study {
 namespace {
 
 sim::HandProgram strokes(double force_n, double speed_mm_per_s) {
-  return stroking(force_n, speed_mm_per_s, 40.0, 40.0, 6.0);
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kStroke;
+  hand.force_n = force_n;
+  hand.speed_mm_per_s = speed_mm_per_s;
+  hand.stroke_length_mm = 40.0;
+  hand.repetitions = -1;
+  hand.approach_mm_per_s = 40.0;
+  hand.force_rate_n_per_s = 6.0;
+  return hand;
 }
 
 TEST(StrokeJudge, TellsALimitCycleFromASlowMotion) {
@@ -218,7 +225,11 @@ TEST(ExploredStability, AStiffBallThatIsSoftenedMuchIsStrokedWithoutASwing) {
       for (const double force : {2.0, 4.0}) {
         VirtualRun run(explore_rig(device, "rubber_ball_3d", "rod"), scene, true,
                        &identified("rubber_ball_3d").model);
-        run.set_hand(stroking(force, speed, 30.0, 30.0, 2.0));
+        sim::HandProgram hand = strokes(force, speed);
+        hand.stroke_length_mm = 30.0;
+        hand.approach_mm_per_s = 30.0;
+        hand.force_rate_n_per_s = 2.0;
+        run.set_hand(hand);
         double max_n = 0.0;
         bool latched = false;
         while (run.time_s() < 10.0) {

@@ -2,9 +2,8 @@
 #include <vector>
 
 #include "rt/signal/vector.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/hands.h"
-#include "tests/measure/study/common/palpation.h"
-#include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/virtual_run.h"
 
@@ -55,7 +54,15 @@ Press press(const std::string& object, const rt::SceneSpec& scene, const rt::Obj
   }
   {
     VirtualRun run(rig, scene, true, &model);
-    run.set_hand(stroking(kForceN, 80.0));
+    sim::HandProgram hand;
+    hand.kind = sim::HandProgram::Kind::kStroke;
+    hand.force_n = kForceN;
+    hand.speed_mm_per_s = 80.0;
+    hand.stroke_length_mm = 40.0;
+    hand.repetitions = -1;
+    hand.approach_mm_per_s = 30.0;
+    hand.force_rate_n_per_s = 4.0;
+    run.set_hand(hand);
     double force = 0.0, depth = 0.0;
     while (run.time_s() < 10.0) {
       run.step();

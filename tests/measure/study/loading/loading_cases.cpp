@@ -1,4 +1,5 @@
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
+#include "tests/measure/study/common/rig_study.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/loading/loading_study.h"
 

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <string>
 
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/press.h"
 #include "tests/measure/study/common/scenes.h"

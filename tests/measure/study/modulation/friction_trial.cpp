@@ -5,8 +5,7 @@
 
 #include "rt/signal/butterworth_low_pass.h"
 #include "rt/signal/vector.h"
-#include "tests/measure/study/common/hands.h"
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/virtual_run.h"
 
@@ -71,16 +70,25 @@ FrictionOutcome run_trial(const FrictionTrial& trial) {
   rig.rate_hz = trial.rate_hz;
   FrictionOutcome out;
   VirtualRun run(rig, scene, true, &identified(trial.object).model);
-  run.set_hand(stroking(trial.force_n, trial.speed_mm_per_s, trial.stroke_mm));
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kStroke;
+  hand.force_n = trial.force_n;
+  hand.speed_mm_per_s = trial.speed_mm_per_s;
+  hand.stroke_length_mm = trial.stroke_mm;
+  hand.repetitions = -1;
+  hand.approach_mm_per_s = 30.0;
+  hand.force_rate_n_per_s = 4.0;
+  run.set_hand(hand);
 
   std::vector<Stroked> log;
-  rt::ButterworthLowPass slow(20.0, trial.rate_hz), slow_real(20.0, trial.rate_hz);
+  rt::ButterworthLowPass slow(20.0, trial.rate_hz), slow_real(20.0, trial.rate_hz),
+      slow_depth(10.0, trial.rate_hz);
   hal::Vector3 before;
   double path_mm = 0.0, hand_t = 0.0, hand_n = 0.0, real_t = 0.0, real_n = 0.0;
-  double force = 0.0, depth = 0.0;
+  double force = 0.0, depth = 0.0, swing = 0.0;
   double sliding_s = 0.0, all_hand_t = 0.0, all_real_t = 0.0;
   std::size_t sliding = 0, steady = 0;
-  std::size_t contact = 0, bounded = 0, ticks = 0;
+  std::size_t contact = 0, damped = 0, bounded = 0, ticks = 0;
   while (run.time_s() < trial.seconds) {
     run.step();
     const hal::TruthSample& truth = run.truth();
@@ -93,14 +101,19 @@ FrictionOutcome run_trial(const FrictionTrial& trial) {
     const double fast = device_t - slow.update(device_t);
     const double real_t_now = -dot(truth.reaction_force_n, t);
     const double real_fast = real_t_now - slow_real.update(real_t_now);
+    const double fast_depth = truth.displacement_mm - slow_depth.update(truth.displacement_mm);
     if (run.time_s() < kSettledS) continue;
     path_mm += step_mm;
     const Stroked now{run.time_s(), path_mm,  step_mm * trial.rate_hz, -dot(both, t), real_t_now,
                       fast,         real_fast};
     log.push_back(now);
     ++ticks;
+    swing += fast_depth * fast_depth;
+    out.slide_chatter_n += fast * fast;
     if (run.record().in_contact) ++contact;
+    if (run.record().passivity_damping_n_s_per_mm > 0.0) ++damped;
     if (run.record().friction_is_bounded) ++bounded;
+    out.min_energy_mj = std::min(out.min_energy_mj, run.record().hand_energy_mj);
     force -= dot(truth.hand_force_n, n);
     depth += truth.displacement_mm;
     sliding_s = std::abs(now.speed_mm_per_s) < kSlidesMmPerS ? 0.0 : sliding_s + 1.0 / trial.rate_hz;
@@ -121,7 +134,10 @@ FrictionOutcome run_trial(const FrictionTrial& trial) {
   out.real_coefficient = real_t / real_n;
   out.scale = hand_t / real_t;
   out.whole_scale = all_hand_t / all_real_t;
+  out.normal_swing_mm = std::sqrt(swing / static_cast<double>(ticks));
+  out.slide_chatter_n = std::sqrt(out.slide_chatter_n / static_cast<double>(ticks));
   out.stroked_n_per_mm = force / depth;
+  out.damped_share = static_cast<double>(damped) / static_cast<double>(ticks);
   out.bounded_share = static_cast<double>(bounded) / static_cast<double>(ticks);
 
   // Level while sliding, for the crossings.
@@ -140,6 +156,7 @@ FrictionOutcome run_trial(const FrictionTrial& trial) {
     if (std::abs(log[i].speed_mm_per_s) < kSlidesMmPerS) continue;
     const double sign = std::copysign(1.0, log[i].speed_mm_per_s);
     if (sign * last_sign < 0.0) {
+      ++out.reversals;
       turned_at = i;
       // More friction keeps the distance over which it builds up; less keeps the slope.
       const double compared = out.scale < 1.0 ? hand_level : real_level;

@@ -28,8 +28,13 @@ struct FrictionOutcome {
   double presliding_error = 0.0;  ///< of the stiffness at reversals, hand over scaled object, less 1; median
   double chatter_n = 0.0;         ///< largest device force across the normal above 20 Hz after a reversal
   double real_chatter_n = 0.0;    ///< the same of the object's friction
+  double slide_chatter_n = 0.0;   ///< the same, rms over all of the stroke
+  double normal_swing_mm = 0.0;   ///< rms of the displacement above 10 Hz
   double stroked_n_per_mm = 0.0;  ///< force over displacement along the normal, mean
+  double min_energy_mj = 0.0;     ///< of the passivity observer
+  double damped_share = 0.0;      ///< ticks in which passivity control had to brake
   double bounded_share = 0.0;     ///< ticks in contact in which the target was bounded
+  int reversals = 0;
   std::string failed;
 };
 

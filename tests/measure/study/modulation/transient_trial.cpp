@@ -5,6 +5,7 @@
 #include <complex>
 
 #include "rt/modulation/transient_waveform.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/hands.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/virtual_run.h"

@@ -24,6 +24,11 @@ void run_tumour_force(StudyContext& context) {
     const rt::InclusionParameters energy = identified_tumour(tumour.phantom).by_scan.inclusion;
     const rt::InclusionParameters published = identified_tumour(tumour.phantom).by_pair.inclusion;
     for (const double place_mm : {0.0, 10.0, 20.0}) {
+      report::SvgPlot plot;
+      plot.title = "Press " + fixed(place_mm, 0) + " mm from the " + tumour.name +
+                   " tumour, 60 mm/s: at the hand (D Fig. 5.4)";
+      plot.x = {"depth of the tip", "mm"};
+      plot.y = {"force", "N"};
       std::vector<std::vector<std::string>> rows{{tumour.name, fixed(place_mm, 0), "energy"},
                                                  {tumour.name, fixed(place_mm, 0), "published"}};
       double largest_n = 0.0;
@@ -44,13 +49,17 @@ void run_tumour_force(StudyContext& context) {
           figure.value = error;
           figure.source = "rms over rms, while loading from 1 mm on";
           context.report.add(figure);
+          if (speed != 60.0) continue;
+          plot.series.push_back({variant == 0 ? "energy" : "published", rendered.depth_mm, rendered.force_n});
         }
+        if (speed == 60.0) plot.series.push_back({"real tumour", real.depth_mm, real.force_n});
       }
       for (auto& row : rows) {
         while (row.size() < 6) row.emplace_back("");
         row.push_back(fixed(largest_n, 1));
         table.add_row(row);
       }
+      context.report.add_plot(std::string("tumour_") + tumour.name + "_" + fixed(place_mm, 0) + "mm", plot);
     }
   }
   context.report.add_table("tumour_force", "A virtual tumour against a real one", table,

@@ -20,11 +20,26 @@ constexpr double kSphereDepthMm = 25.0;
 PressCurve press_with(VirtualRun& run, const PhantomPress& press) {
   PressCurve curve;
   const double surface_mm = phantom_height_mm(press.x_mm, press.y_mm);
+  double last = 0.0, before = 0.0;
+  hal::Vector3 tip_before = run.truth().tip_position_mm;
+  bool first = true;
   press_phantom(run, press, [&] {
     const hal::TruthSample& truth = run.truth();
+    const hal::Vector3 device = truth.device_force_n;
+    const double device_n = std::sqrt(dot(device, device));
+    const double up_n = run.record().inclusion_force_n.z;
+    if (!first) {
+      curve.largest_jump_n = std::max(curve.largest_jump_n, std::abs(up_n - 2.0 * last + before));
+      curve.energy_n_mm -= dot(truth.reaction_force_n + device, truth.tip_position_mm - tip_before);
+    }
+    first = false;
+    tip_before = truth.tip_position_mm;
+    before = last;
+    last = up_n;
+    curve.largest_force_n = std::max(curve.largest_force_n, device_n);
     if (!truth.in_contact) return;
     curve.depth_mm.push_back(surface_mm - truth.tip_position_mm.z);
-    curve.force_n.push_back(truth.reaction_force_n.z + truth.device_force_n.z);
+    curve.force_n.push_back(truth.reaction_force_n.z + device.z);
   });
   return curve;
 }

@@ -11,6 +11,9 @@ namespace hapticd::study {
 /// Force at the hand over the depth of the tip, both vertical, while pressing.
 struct PressCurve {
   std::vector<double> depth_mm, force_n;
+  double largest_jump_n = 0.0;   ///< second difference of the force from the device, tick to tick
+  double largest_force_n = 0.0;  ///< of the device
+  double energy_n_mm = 0.0;      ///< that the hand put in from the first to the last contact; ≥ 0 passive
 };
 
 /// The tumour of a phantom as identified, once a run.
