@@ -96,6 +96,8 @@ if ((${#quick[@]})); then
 else
   measure tick hapticd_bench tick
   measure netft hapticd_bench netft --seconds 15
+  measure rig_transport hapticd_study rig --transport emulated
+  measure identify_transport hapticd_study identify --transport emulated
 fi
 measure attack hapticd_bench attack "${quick[@]}"
 

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/report/provenance.h"
 #include "tests/measure/study/common/page.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/study.h"
+#include "tests/measure/report/provenance.h"
 
 namespace {
 
@@ -24,6 +24,7 @@ using hapticd::study::StudyPart;
 struct Options {
   std::string folder;
   std::vector<std::string> only;
+  std::string transport = "direct";
   std::string plant = "both";
   bool quick = false;
   std::string shard = "1/1";
@@ -76,7 +77,7 @@ int run(const Study& study, const Options& options) {
   hapticd::report::Cells cells = cells_of(options);
   const bool shared = cells.merges() || !cells.shard().is_whole();
   hapticd::study::StudyContext context{report, options.quick, cells};
-  std::vector<Turn> turns = turns_of(study.parts, options);
+  std::vector<Turn> turns = turns_of(options.transport == "emulated" ? study.emulated : study.parts, options);
   if (shared) std::erase_if(turns, [](const Turn& turn) { return !turn.part->in_cells; });
   int failures = 0;
   for (const Turn& turn : turns) {
@@ -146,6 +147,13 @@ int main(int argc, char** argv) {
                      "with objects")
         ->check(CLI::IsMember({"both", "separable", "general"}))
         ->capture_default_str();
+    if (!study.emulated.empty()) {
+      command
+          ->add_option("--transport", options.transport,
+                       "direct: the simulated rig in virtual time; emulated: live, by the drivers of real "
+                       "hardware from peers that speak its protocols")
+          ->check(CLI::IsMember({"direct", "emulated"}));
+    }
     if (std::any_of(study.parts.begin(), study.parts.end(), [](const StudyPart& p) { return p.in_cells; })) {
       auto* shard = command->add_option("--shard", options.shard,
                                         "i/n: only the i-th of n shares of the sweeps, to be merged later");

@@ -13,6 +13,10 @@ const std::vector<Study>& studies() {
            {"contact", "false alarms in free motion, delay of detection", run_contact},
            {"stability", "largest stable targets and walls", run_stability},
            {"speed", "simulated time over wall-clock time", run_speed},
+       },
+       {
+           {"rendered", "the same stiffness over emulated real transports, live and next to the direct rig",
+            run_transported_stiffness, PlantUse::kSeparable},
        }},
       {"explore",
        "stiffness modulation in three dimensions, next to the dissertation's pipeline and figures",
@@ -39,6 +43,10 @@ const std::vector<Study>& studies() {
            {"rig", "structural stiffness and tool", run_identify_rig, PlantUse::kNone},
            {"handover", "tool and threshold of a real hand-held sensor", run_identify_handover,
             PlantUse::kNone},
+       },
+       {
+           {"transport", "live over emulated real transports and next to the direct rig",
+            run_identify_transport, PlantUse::kSeparable},
        }},
       {"tumour",
        "a virtual tumour against real ones in a phantom",
@@ -90,6 +98,8 @@ const std::vector<Study>& studies() {
        "the force at the hand while it presses, not only while it holds",
        {
            {"error", "error at 2, 10 and 30 N/s and held, with and without compensation", run_loading_error},
+           {"budget", "which part of the error each cause makes, by switching it off in the rig",
+            run_loading_budget},
        }},
       {"onset",
        "how a contact begins to be felt",
@@ -115,6 +125,8 @@ const std::vector<Study>& studies() {
             run_detection_precision},
            {"estimation", "error against run time: direction, displacement, friction",
             run_estimation_precision},
+           {"modulation", "error against run time: inclusions, friction targets, transients",
+            run_modulation_precision, PlantUse::kSeparable},
            {"identification", "error against run time: identification of contact laws",
             run_identification_precision},
            {"rates", "error against run time: rate of the loop", run_rate_precision},
@@ -134,6 +146,7 @@ const std::vector<Study>& studies() {
            {"realtime", "the live loop under load next to cyclictest, command to effect, telemetry fan-out",
             run_realtime_cost, PlantUse::kSeparable},
        },
+       {},
        summarize_report},
   };
   return all;

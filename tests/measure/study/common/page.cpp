@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "tests/measure/study/common/plant.h"
 #include "tests/measure/report/html_page.h"
 #include "tests/measure/report/work_precision.h"
-#include "tests/measure/study/common/plant.h"
 
 namespace hapticd::study {
 
@@ -20,6 +20,7 @@ using report::significant;
 
 constexpr const char* kSummary = "report_summary";
 constexpr std::size_t kNarrowest = 5;
+constexpr std::size_t kMax = 3;
 
 std::vector<Json> figures_in(const std::filesystem::path& folder, const std::string& name) {
   std::vector<Json> figures;
@@ -85,6 +86,23 @@ void add_defaults(report::Report& report) {
       "Errors are of the simulation's truth, each as its own section says; run times are of this machine.");
 }
 
+/// Adds the errors of the defaults whose error is a share of what is measured.
+void add_largest_errors(report::Report& report) {
+  std::vector<Json> errors;
+  for (const Json& record : figures_in(report.folder(), "error_vs_runtime")) {
+    const bool is_default = record["source"].is_string() && record["source"] == report::kDefaultMethod;
+    if (is_default && record.value("unit", "") == "1") errors.push_back(record);
+  }
+  if (errors.empty()) return;
+  std::stable_sort(errors.begin(), errors.end(), [](const Json& a, const Json& b) {
+    return a["value"].get<double>() > b["value"].get<double>();
+  });
+  report::MarkdownTable table({"error", "where"});
+  for (std::size_t i = 0; i < std::min(kMax, errors.size()); ++i)
+    table.add_row({error_text(errors[i]), case_text(errors[i])});
+  report.add_table("summary_errors", "The largest errors of what ships", table);
+}
+
 /// Scenes as they ship; what else was mapped is in its own section.
 bool is_shipped(const Json& margin) {
   const std::string options = margin["case"].value("options", "");
@@ -107,6 +125,15 @@ void add_narrowest(report::Report& report) {
       "itself is unstable.");
 }
 
+void add_dearest(report::Report& report) {
+  std::vector<Json> costs = figures_in(report.folder(), "scene_cost_instructions");
+  if (costs.empty()) return;
+  report::MarkdownTable table({"scene", "instructions per tick"});
+  for (const Json& cost : costs)
+    table.add_row({case_text(cost), significant(cost["value"].get<double>(), 4)});
+  report.add_table("summary_scenes", "What a tick costs", table);
+}
+
 /// Figures in the order of the walk, then stability, extremes, cost.
 std::vector<std::string> order_of(const Study& study) {
   std::vector<std::string> order{kSummary};
@@ -123,7 +150,9 @@ std::vector<std::string> order_of(const Study& study) {
 void summarize_report(StudyContext& context) {
   context.report.begin_section(kSummary, "Summary");
   add_defaults(context.report);
+  add_largest_errors(context.report);
   add_narrowest(context.report);
+  add_dearest(context.report);
 }
 
 void write_page(const Study& study, const StudyContext& context) {

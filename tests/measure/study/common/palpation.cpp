@@ -2,11 +2,9 @@
 
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <optional>
 #include <sstream>
 #include <string>
-#include <utility>
 
 #include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/friction_identification.h"
@@ -90,17 +88,6 @@ rt::ObjectModel shipped_model(const std::string& object) {
   std::stringstream text;
   text << std::ifstream(path).rdbuf();
   return value_of(server::parse_model(text.str(), path.string()));
-}
-
-const IdentificationResult& identified(const std::string& object) {
-  static std::map<std::pair<std::string, sim::Plant>, IdentificationResult> known;
-  const std::pair key{object, current_plant()};
-  const auto found = known.find(key);
-  if (found != known.end()) return found->second;
-  IdentificationResult result = identify(object);
-  // Studies compare both laws, also if the service advises against one.
-  if (!result.model.hunt_crossley) result.model.hunt_crossley = result.dissertation.hunt_crossley;
-  return known.emplace(key, std::move(result)).first->second;
 }
 
 }  // namespace hapticd::study

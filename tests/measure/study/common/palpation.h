@@ -22,10 +22,6 @@ struct IdentificationResult {
 /// std::runtime_error if an identification fails.
 IdentificationResult identify(const std::string& object);
 
-/// What identify() finds on an object of the current plant, found once a run; with a Hunt-Crossley law in any
-/// case.
-const IdentificationResult& identified(const std::string& object);
-
 /// Model of server/model/shipped. Throws std::runtime_error if there is none.
 rt::ObjectModel shipped_model(const std::string& object);
 

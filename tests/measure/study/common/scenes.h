@@ -5,15 +5,8 @@
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/scene_spec.h"
-#include "tests/measure/study/common/hands.h"
 
 namespace hapticd::study {
-
-/// The objects of D§3.
-inline const std::vector<std::string>& tapped_objects() {
-  static const std::vector<std::string> names{"sponge_block", "foam_ball", "rubber_ball", "rubber_eraser"};
-  return names;
-}
 
 /// The objects of D§4.
 inline const std::vector<std::string>& explored_objects() {
@@ -36,8 +29,14 @@ inline sim::SimulationConfig explore_rig(const std::string& device, const std::s
 
 /// Two strokes back and forth with a swaying tool, on which estimators are judged.
 inline sim::HandProgram judged_strokes(double force_n, double speed_mm_per_s) {
-  sim::HandProgram hand = stroking(force_n, speed_mm_per_s, 50.0, 40.0, 6.0);
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kStroke;
+  hand.force_n = force_n;
+  hand.speed_mm_per_s = speed_mm_per_s;
+  hand.stroke_length_mm = 50.0;
   hand.repetitions = 2;
+  hand.approach_mm_per_s = 40.0;
+  hand.force_rate_n_per_s = 6.0;
   hand.tilt_deg = 10.0;
   return hand;
 }

@@ -38,6 +38,8 @@ struct Study {
   const char* name;
   const char* shows;
   std::vector<StudyPart> parts;
+  /// What `--transport emulated` runs instead; empty = there is no such option.
+  std::vector<StudyPart> emulated{};
   /// Adds a section that its page begins with, when the parts have run; null = there is none.
   void (*summarize)(StudyContext& context) = nullptr;
 };

@@ -8,10 +8,13 @@
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/simulated_session.h"
+#include "tests/reference/contact_double_stage.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using Palpation = std::vector<identification::PalpationSample>;
 
 constexpr double kSessionLimitS = 60.0;
 
@@ -29,12 +32,9 @@ const ContactMethod& contact_reference() {
 const std::vector<ContactMethod>& contact_methods() {
   static const std::vector<ContactMethod> all{
       {"recursive", kHuntCrossley,
-       [](const Palpation& palpation) {
-         identification::SingleStageEstimator estimator;
-         for (const identification::PalpationSample& s : palpation) estimator.add(s);
-         const auto estimate = estimator.estimate();
-         return estimate ? FittedLaw{estimate->parameters, {}, {}} : FittedLaw{{}, {}, "not determined"};
-       }},
+       [](const Palpation& p) { return fit_recursively(identification::SingleStageEstimator(), p); }},
+      {"double_stage", kHuntCrossley,
+       [](const Palpation& p) { return fit_recursively(identification::DoubleStageEstimator(), p); }},
       {"batch", kHuntCrossley,
        [](const Palpation& palpation) {
          const auto estimate = identification::fit_by_variable_projection(palpation);

@@ -29,10 +29,20 @@ struct ContactMethod {
   std::function<FittedLaw(const std::vector<identification::PalpationSample>&)> fit;
 };
 
-/// What the service has: recursive and batch for the Hunt-Crossley law, and batch for the creep law.
+/// What the service has, recursive and batch for the Hunt-Crossley law and batch for the creep law; and the
+/// candidate double_stage.
 const std::vector<ContactMethod>& contact_methods();
 /// Nonlinear least squares by Ceres, a block a sample.
 const ContactMethod& contact_reference();
+
+/// An estimator fed sample by sample, and asked at the end.
+template <class Estimator>
+FittedLaw fit_recursively(Estimator estimator,
+                          const std::vector<identification::PalpationSample>& palpation) {
+  for (const identification::PalpationSample& s : palpation) estimator.add(s);
+  const auto estimate = estimator.estimate();
+  return estimate ? FittedLaw{estimate->parameters, {}, {}} : FittedLaw{{}, {}, "not determined"};
+}
 
 /// Errors of a law that was found.
 ContactErrors errors_of(const FittedLaw& fitted, const TruePalpation& palpation);

@@ -11,8 +11,6 @@
 
 namespace hapticd::study {
 
-using Palpation = std::vector<identification::PalpationSample>;
-
 /// A palpation of a simulated object as the encoders and the sensor show it, and the truth to judge by.
 struct TruePalpation {
   std::vector<identification::PalpationSample> samples;
@@ -28,10 +26,18 @@ const std::vector<identification::MotionRequest>& validation_requests();
 
 /// What a law makes of a palpation it was not fitted to.
 struct ContactErrors {
-  double force = 0.0;         ///< mean |f̂ - f| over mean f, in contact
-  double displacement = 0.0;  ///< mean |x̂/x - 1| beyond a tenth of the deepest, x the truth
+  double force = 0.0;            ///< mean |f̂ - f| over mean f, in contact
+  double force_by_sample = 0.0;  ///< mean |f̂ - f|/f where f > 0.2 N
+  double displacement = 0.0;     ///< mean |x̂/x - 1| beyond a tenth of the deepest, x the truth
+  double displacement_median = 0.0;
 };
 ContactErrors errors_of(const rt::HuntCrossleyParameters& law, const TruePalpation& palpation);
 ContactErrors errors_of(const rt::CreepParameters& law, const TruePalpation& palpation);
+
+/// The force a law predicts at every sample in contact; NaN elsewhere.
+std::vector<double> predicted_force_n(const rt::HuntCrossleyParameters& law,
+                                      const std::vector<identification::PalpationSample>& palpation);
+std::vector<double> predicted_force_n(const rt::CreepParameters& law,
+                                      const std::vector<identification::PalpationSample>& palpation);
 
 }  // namespace hapticd::study

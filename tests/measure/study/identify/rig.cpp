@@ -30,6 +30,13 @@ std::unique_ptr<sim::SimulatedRig> rig_of(const sim::SimulationConfig& config) {
   return value_of(create_rig(config));
 }
 
+double deviation_of(const identification::IdentificationProgress& progress, const std::string& name) {
+  for (const rt::EstimatedParameter& p : progress.parameters) {
+    if (p.name == name) return p.standard_error;
+  }
+  return HUGE_VAL;
+}
+
 // ---- structural stiffness ----
 
 // Devices whose compliance varies by some 15 % either way over the workspace, and by 35 %. The real case is
@@ -55,27 +62,36 @@ double true_stiffness(double home_n_per_mm, const Field& field, const hal::Vecto
   return home_n_per_mm / std::exp(std::clamp(exponent, -std::numbers::ln2, std::numbers::ln2));
 }
 
-/// Relative error of the stiffness over the box that was pressed in, rms.
-double error_over(const rt::StructuralModel& model, double home_n_per_mm, const Field& field) {
+struct WorkspaceError {
+  double rms = 0.0, largest = 0.0, mean = 0.0;
+};
+
+/// Relative error of the stiffness over the box that was pressed in.
+WorkspaceError error_over(const rt::StructuralModel& model, double home_n_per_mm, const Field& field) {
+  WorkspaceError error;
   constexpr int kSteps = 9;
-  double squares = 0.0, count = 0.0;
+  double count = 0.0;
   const hal::Vector3 from = model.covered_from_mm, span = model.covered_to_mm - model.covered_from_mm;
   for (int i = 0; i < kSteps; ++i) {
     for (int j = 0; j < kSteps; ++j) {
       for (int k = 0; k < kSteps; ++k) {
         const hal::Vector3 p = from + hal::Vector3{span.x * i, span.y * j, span.z * k} * (1.0 / (kSteps - 1));
         const double e = model.stiffness_at(p) / true_stiffness(home_n_per_mm, field, p) - 1.0;
-        squares += e * e;
+        error.rms += e * e;
+        error.mean += e;
+        error.largest = std::max(error.largest, std::abs(e));
         count += 1.0;
       }
     }
   }
-  return std::sqrt(squares / count);
+  error.rms = std::sqrt(error.rms / count);
+  error.mean /= count;
+  return error;
 }
 
 void structural(StudyContext& context) {
-  report::MarkdownTable table(
-      {"device", "rig", "model", "k_s N/mm", "rms over workspace", "presses took s", "converged"});
+  report::MarkdownTable table({"device", "rig", "model", "k_s N/mm", "± N/mm", "error at centre",
+                               "rms over workspace", "largest", "presses took s", "converged"});
   for (const std::string& device : devices()) {
     struct Case {
       std::size_t field;
@@ -106,10 +122,14 @@ void structural(StudyContext& context) {
         continue;
       }
       const auto& model = std::get<rt::StructuralModel>(result->content);
-      figure.value = error_over(model, home, field);
+      const WorkspaceError error = error_over(model, home, field);
+      figure.value = error.rms;
       context.report.add(figure);
+      const double at_centre = model.stiffness_n_per_mm / true_stiffness(home, field, model.centre_mm) - 1.0;
       table.add_row({device, field.name, model_name, fixed(model.stiffness_n_per_mm, 3),
-                     fixed(100.0 * *figure.value, 2) + " %", fixed(session.duration_s, 0),
+                     fixed(deviation_of(session.progress, "structural_stiffness_n_per_mm"), 3),
+                     fixed(100.0 * at_centre, 2) + " %", fixed(100.0 * error.rms, 2) + " %",
+                     fixed(100.0 * error.largest, 2) + " %", fixed(session.duration_s, 0),
                      result->converged ? "yes" : "no"});
     }
   }
@@ -121,6 +141,11 @@ void structural(StudyContext& context) {
 }
 
 // ---- tool ----
+
+double angle_between(const hal::Quaternion& a, const hal::Quaternion& b) {
+  const double along = std::abs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
+  return 2.0 * std::acos(std::min(1.0, along));
+}
 
 void tool(StudyContext& context) {
   struct Tool {
@@ -140,8 +165,8 @@ void tool(StudyContext& context) {
        {std::cos(half), 0.6 * std::sin(half), 0.0, 0.8 * std::sin(half)},
        {-0.5, 0.4, 1.0},
        {10.0, 5.0, -4.0}}};
-  report::MarkdownTable table(
-      {"tool", "device", "mass g", "mass error", "centre error mm", "took s", "converged"});
+  report::MarkdownTable table({"tool", "device", "mass g", "± g", "mass error", "centre error mm", "± mm",
+                               "turn error °", "force bias error mN", "took s", "converged"});
   for (const Tool& t : tools) {
     for (const std::string& device : devices()) {
       sim::SimulationConfig config{.device = device, .object = "none"};
@@ -169,8 +194,16 @@ void tool(StudyContext& context) {
       centre_figure.value = rt::norm(model.centre_mm - t.centre_mm);
       context.report.add(mass_figure);
       context.report.add(centre_figure);
-      table.add_row({t.name, device, fixed(model.mass_g, 3), fixed(100.0 * *mass_figure.value, 3) + " %",
-                     fixed(*centre_figure.value, 3), fixed(session.duration_s, 1),
+      // Biased upright: the offset, and the weight that was taken as zero.
+      const hal::Quaternion back{t.turn.w, -t.turn.x, -t.turn.y, -t.turn.z};
+      const hal::Vector3 bias =
+          t.force_offset_n - rt::rotated(back, hal::Vector3{0.0, 0.0, -9.807e-3 * t.mass_g});
+      table.add_row({t.name, device, fixed(model.mass_g, 3),
+                     fixed(deviation_of(session.progress, "mass_g"), 3),
+                     fixed(100.0 * *mass_figure.value, 3) + " %", fixed(*centre_figure.value, 3),
+                     fixed(deviation_of(session.progress, "centre_x_mm"), 3),
+                     fixed(angle_between(model.sensor_to_tool, t.turn) * 57.29578, 3),
+                     fixed(1e3 * rt::norm(model.force_bias_n - bias), 2), fixed(session.duration_s, 1),
                      result->converged ? "yes" : "no"});
     }
   }

@@ -8,16 +8,13 @@
 namespace hapticd::study {
 namespace {
 
-/// Loses what a busy machine would, some ticks of every so many; then asks for progress, as a daemon does
-/// that shows it.
-class Disturbed final : public identification::Identification {
+/// Loses what a busy machine would: some ticks, again and again.
+class Gappy final : public identification::Identification {
  public:
-  Disturbed(identification::Identification& identification, int every, int lost, bool asks)
-      : identification_(identification), every_(every), lost_(lost), asks_(asks) {}
+  Gappy(identification::Identification& identification, int every, int lost)
+      : identification_(identification), every_(every), lost_(lost) {}
   void add(const rt::Observation& observation) override {
-    const int at = ++ticks_ % every_;
-    if (at >= lost_) identification_.add(observation);
-    if (asks_ && at == 0) (void)identification_.progress();
+    if (++ticks_ % every_ >= lost_) identification_.add(observation);
   }
   identification::MotionRequest next_request() const override { return identification_.next_request(); }
   identification::IdentificationProgress progress() const override { return identification_.progress(); }
@@ -26,7 +23,25 @@ class Disturbed final : public identification::Identification {
  private:
   identification::Identification& identification_;
   int every_, lost_;
-  bool asks_;
+  int ticks_ = 0;
+};
+
+/// Asks for progress as often as a daemon does that shows it.
+class Watched final : public identification::Identification {
+ public:
+  Watched(identification::Identification& identification, int every)
+      : identification_(identification), every_(every) {}
+  void add(const rt::Observation& observation) override {
+    identification_.add(observation);
+    if (++ticks_ % every_ == 0) (void)identification_.progress();
+  }
+  identification::MotionRequest next_request() const override { return identification_.next_request(); }
+  identification::IdentificationProgress progress() const override { return identification_.progress(); }
+  hal::Result<rt::IdentifiedModel> finish() const override { return identification_.finish(); }
+
+ private:
+  identification::Identification& identification_;
+  int every_;
   int ticks_ = 0;
 };
 
@@ -37,7 +52,7 @@ TEST(FrictionSession, ConvergesHoweverOftenItsProgressIsAskedFor) {
   const hal::RigInfo info = (*sim::SimulatedRig::create(rig))->info();
   for (const int every_ticks : {50, 100}) {
     identification::FrictionIdentification identification(identification::FrictionTask{}, info);
-    Disturbed watched(identification, every_ticks, 0, true);
+    Watched watched(identification, every_ticks);
     const SessionResult result = run_session(watched, rig, 60.0);
     EXPECT_GT(result.converged_s, 0.0) << "asked every " << every_ticks << " ticks";
   }
@@ -51,7 +66,7 @@ TEST(ContactSession, ConvergesThoughTicksAreLostEverySecond) {
   double whole_s = 0.0;
   for (const int lost : {0, 6, 20}) {
     identification::ContactIdentification identification(identification::ContactTask{}, info);
-    Disturbed gappy(identification, 1000, lost, false);
+    Gappy gappy(identification, 1000, lost);
     const SessionResult result = run_session(gappy, rig, 60.0);
     ASSERT_GT(result.converged_s, 0.0) << lost << " of 1000 ticks lost";
     if (lost == 0) whole_s = result.converged_s;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "hal/replay/csv_file.h"
@@ -26,6 +27,7 @@ FrictionRecording read_friction_recording(const std::filesystem::path& path) {
     if (name == "position_mm") columns.push_back({i, &RecordedFriction::position_mm});
     if (name == "force_N" || name == "friction_force_N") columns.push_back({i, &RecordedFriction::force_n});
     if (name == "normal_force_N") columns.push_back({i, &RecordedFriction::normal_n});
+    if (name == "pressure_bar") columns.push_back({i, &RecordedFriction::pressure_bar});
   }
   if (columns.size() < 3) throw std::runtime_error(path.string() + " is no friction test");
   std::vector<std::size_t> indices;
@@ -110,6 +112,46 @@ std::vector<identification::FrictionRow> rows_of(const FrictionRecording& raw) {
     rows.push_back(row);
   }
   return rows;
+}
+
+double force_delay_s(const FrictionRecording& recording) {
+  constexpr std::size_t kRest = 40;  // samples at rest before a start, and looked at after it
+  std::vector<double> delays;
+  for (std::size_t i = kRest; i + kRest + 2 < recording.size(); ++i) {
+    const auto moved_mm = [&](std::size_t from, std::size_t to) {
+      return std::abs(recording[to].position_mm - recording[from].position_mm);
+    };
+    constexpr double kStillMm = 8e-4;
+    if (moved_mm(i - kRest, i) > kStillMm || moved_mm(i, i + 5) < 4.0 * kStillMm) continue;
+    if (moved_mm(i, i + 1) < kStillMm) continue;  // the very last moment of rest
+    const auto slope = [&](std::size_t k) {
+      return std::abs(recording[k + 1].force_n - recording[k - 1].force_n);
+    };
+    double steepest = 0.0;
+    for (std::size_t k = i; k < i + kRest; ++k) steepest = std::max(steepest, slope(k));
+    std::size_t k = i - kRest / 2;
+    while (k < i + kRest && slope(k) < 0.5 * steepest) ++k;
+    delays.push_back(recording[k].time_s - recording[i].time_s);
+    i += kRest;
+  }
+  if (delays.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2);
+  std::nth_element(delays.begin(), middle, delays.end());
+  return *middle;
+}
+
+FrictionRecording with_force_advanced(const FrictionRecording& recording, double delay_s) {
+  FrictionRecording advanced = recording;
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const double at_s = recording[i].time_s + delay_s;
+    while (k + 2 < recording.size() && recording[k + 1].time_s < at_s) ++k;
+    const RecordedFriction& a = recording[k];
+    const RecordedFriction& b = recording[k + 1];
+    const double share = std::clamp((at_s - a.time_s) / (b.time_s - a.time_s), 0.0, 1.0);
+    advanced[i].force_n = a.force_n + share * (b.force_n - a.force_n);
+  }
+  return advanced;
 }
 
 }  // namespace hapticd::study

@@ -16,8 +16,9 @@ namespace hapticd::study {
 struct RecordedFriction {
   double time_s = 0.0;
   double position_mm = 0.0;
-  double force_n = 0.0;   ///< that moves the tip against friction
-  double normal_n = 0.0;  ///< 0 if it was not recorded
+  double force_n = 0.0;       ///< that moves the tip against friction
+  double normal_n = 0.0;      ///< 0 if it was not recorded
+  double pressure_bar = 0.0;  ///< 0 if there is none
 };
 using FrictionRecording = std::vector<RecordedFriction>;
 
@@ -34,5 +35,12 @@ hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& rec
 /// Rows of a recording, one for every instant, the position through a median of three. `settled` from the
 /// second turn on: the state at the beginning of the part is unknown.
 std::vector<identification::FrictionRow> rows_of(const FrictionRecording& recording);
+
+/// How much later than the position the force is, model-free: after each rest the tip starts at once, and the
+/// force should bend at that moment. Symmetric smoothing, as recorders do it, leaves the bend where half the
+/// new slope is reached. Median over the starts; NaN without any.
+double force_delay_s(const FrictionRecording& recording);
+/// The recording with the force read so much later, by linear interpolation.
+FrictionRecording with_force_advanced(const FrictionRecording& recording, double delay_s);
 
 }  // namespace hapticd::study
