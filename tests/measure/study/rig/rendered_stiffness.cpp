@@ -3,9 +3,7 @@
 #include <vector>
 
 #include "tests/measure/study/common/hands.h"
-#include "tests/measure/study/common/parts.h"
-#include "tests/measure/study/common/press.h"
-#include "tests/measure/study/common/scenes.h"
+#include "tests/measure/study/common/rig_study.h"
 
 namespace hapticd::study {
 
@@ -50,6 +48,18 @@ PressResult press(const std::string& device, const std::string& object, double t
 }
 
 }  // namespace
+
+PressTask tap_press(const std::string& device, const std::string& object, double target, bool compensated,
+                    double force_n) {
+  PressTask task;
+  task.rig.device = device;
+  task.rig.object = object;
+  task.scene.name = "tap_1d";
+  task.scene.target.stiffness_n_per_mm = target;
+  task.scene.structural_compensation = compensated;
+  task.hand = pressing(force_n);
+  return task;
+}
 
 void run_rendered_stiffness(StudyContext& context) {
   using report::fixed;

@@ -2,7 +2,7 @@
 #include <string>
 
 #include "tests/measure/study/common/hands.h"
-#include "tests/measure/study/common/parts.h"
+#include "tests/measure/study/common/rig_study.h"
 #include "tests/measure/study/common/virtual_run.h"
 
 namespace hapticd::study {

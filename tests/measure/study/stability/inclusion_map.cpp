@@ -2,8 +2,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/parts.h"
+#include "tests/measure/study/common/rig_study.h"
 #include "tests/measure/study/stability/scaled_object.h"
 #include "tests/measure/study/stability/stability_trial.h"
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -100,6 +101,43 @@ StableRange boundary(const Loop& loop, double k, const Parameter* parameter, dou
   return find_stable_range(trial, std::min(start, softest_feasible_n_per_mm(trial)), start, end, octaves);
 }
 
+void plot_tornado(StudyContext& context, const Loop& loop, const std::string& name,
+                  const std::vector<const Parameter*>& used,
+                  const std::vector<std::array<double, 4>>& ratios) {
+  constexpr double kOffsetToShowBoth = 0.14;
+  report::SvgPlot plot;
+  plot.title = "What uncertain parameters do to the largest stable target, " + loop.name();
+  plot.x = {"largest stable target over its nominal value", "1", false, 0.0, 4.4};
+  for (const Parameter* parameter : used) plot.y.categories.emplace_back(parameter->shown);
+  report::PlotSeries lower{"lower value", {}, {}, report::PlotSeries::Style::kPoints, 7};
+  report::PlotSeries upper = lower;
+  upper.label = "upper value";
+  lower.point_type = 4;
+  upper.point_type = 5;
+  lower.point_size = upper.point_size = 0.7;
+  for (std::size_t o = 0; o < kObjects.size(); ++o) {
+    report::PlotSeries bars{"object of " + significant(kObjects[o], 1) + " N/mm",
+                            {},
+                            {},
+                            report::PlotSeries::Style::kLine,
+                            static_cast<int>(o)};
+    for (std::size_t p = 0; p < used.size(); ++p) {
+      const double y = static_cast<double>(p) + (o == 0 ? kOffsetToShowBoth : -kOffsetToShowBoth);
+      const double low = ratios[p][2 * o];
+      const double high = ratios[p][2 * o + 1];
+      bars.x.insert(bars.x.end(), {low, high, std::numeric_limits<double>::quiet_NaN()});
+      bars.y.insert(bars.y.end(), {y, y, std::numeric_limits<double>::quiet_NaN()});
+      lower.add(low, y);
+      upper.add(high, y);
+    }
+    plot.series.push_back(bars);
+  }
+  plot.series.push_back(lower);
+  plot.series.push_back(upper);
+  plot.references.push_back({report::PlotReference::Axis::kX, 1.0, ""});
+  context.report.add_plot(name, plot);
+}
+
 }  // namespace
 
 void run_stability_sensitivity(StudyContext& context) {
@@ -126,13 +164,15 @@ void run_stability_sensitivity(StudyContext& context) {
   report::MarkdownTable table(
       {"loop", "parameter", "object N/mm", "nominal N/mm", "at the lower", "at the upper"});
   for (std::size_t l = 0; l < loops().size(); ++l) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    std::vector<std::array<double, 4>> ratios(used.size(), {kNone, kNone, kNone, kNone});
+    double widest = 0.0;
+    std::string widest_name;
     for (std::size_t p = 0; p < used.size(); ++p) {
       for (std::size_t o = 0; o < objects; ++o) {
         const std::size_t base = l * of_loop + o * each;
         const StableRange nominal = range_of((*cells)[base]);
-        std::vector<std::string> row{
-            loops()[l].name(), used[p]->shown, significant(kObjects[o], 1),
-            nominal.any() ? (nominal.max_found ? "" : "≥ ") + fixed(nominal.max_n_per_mm, 2) : "none"};
+        std::array<std::string, 2> shown;
         for (std::size_t side = 0; side < 2; ++side) {
           const StableRange range = range_of((*cells)[base + 1 + 2 * p + side]);
           report::Figure figure{"stability_boundary_ratio",
@@ -142,19 +182,33 @@ void run_stability_sensitivity(StudyContext& context) {
                                  {"parameter", used[p]->name},
                                  {"value", used[p]->values[side]}}};
           figure.source = "largest stable target over the one at the nominal parameters";
-          if (nominal.any() && range.any()) {
-            figure.value = range.max_n_per_mm / nominal.max_n_per_mm;
-          } else {
+          double ratio = std::numeric_limits<double>::quiet_NaN();
+          if (!nominal.any() || !range.any()) {
             figure.failed = "no stable target: " +
                             std::string(to_text(nominal.any() ? range.at_start : nominal.at_start));
+          } else {
+            ratio = range.max_n_per_mm / nominal.max_n_per_mm;
+            figure.value = ratio;
+            if (std::abs(std::log(ratio)) > widest) {
+              widest = std::abs(std::log(ratio));
+              widest_name = used[p]->shown;
+            }
           }
           context.report.add(figure);
-          row.push_back(figure.value ? (range.max_found ? "" : "≥ ") + fixed(*figure.value, 2)
-                                     : std::string(report::kNoNumber));
+          ratios[p][2 * o + side] = ratio;
+          shown[side] = (range.any() && !range.max_found ? "≥ " : "") + fixed(ratio, 2);
         }
-        table.add_row(row);
+        table.add_row(
+            {loops()[l].name(), used[p]->shown, significant(kObjects[o], 1),
+             nominal.any() ? (nominal.max_found ? "" : "≥ ") + fixed(nominal.max_n_per_mm, 2) : "none",
+             shown[0], shown[1]});
       }
     }
+    plot_tornado(context, loops()[l],
+                 "stability_sensitivity_" + loops()[l].device + (loops()[l].compensated ? "" : "_rigid"),
+                 used, ratios);
+    context.report.say(loops()[l].name() + ": most depends on " + widest_name +
+                       ", which moves the boundary by a factor of " + fixed(std::exp(widest), 2) + ".");
   }
   context.report.add_table(
       "stability_sensitivity_report", "Largest stable target over its nominal value, one parameter at a time",

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/van_der_pol.h"
+#include "tests/measure/study/stability/analytic_bound.h"
 #include "tests/measure/study/stability/scaled_object.h"
 #include "tests/measure/study/stability/stability_trial.h"
 
@@ -146,8 +148,7 @@ TEST(StabilityTrial, AWeightExploringSoftFoamStaysAtRestOnStiffTargets) {
   ASSERT_EQ(granted_n_per_mm(trial), 1.0);
   for (const double target : {0.75, 0.8, 0.85, 0.9, 0.95, 1.0}) {
     const TrialOutcome outcome = run_trial(trial, target);
-    EXPECT_TRUE(is_stable(outcome.verdict)) << target << " N/mm: " << to_text(outcome.verdict) << ", "
-                                            << outcome.swing_mm << " mm, " << outcome.swing_n << " N";
+    EXPECT_TRUE(is_stable(outcome.verdict)) << target << " N/mm: " << to_text(outcome.verdict) << ", " << outcome.swing_mm << " mm, " << outcome.swing_n << " N";
   }
 }
 
@@ -161,6 +162,33 @@ TEST(ScaledObject, GivesTheSameForceAtADisplacementSmallerByTheFactor) {
   }
   EXPECT_NEAR(stiff.material.skin_viscosity_n_s_per_mm / base.material.skin_viscosity_n_s_per_mm,
               std::pow(10.0, 0.6), 1e-12);
+}
+
+// Against the exact criterion of the equation it stands for, m ẍ + b ẋ + k x = k x(t - τ_f) - k~ x(t - τ_x):
+// a rigid mass on a spring k. The characteristic function on the imaginary axis is solved for k~; the closed
+// form is its limit for delays short against the period.
+TEST(AnalyticBound, IsTheLimitOfTheDelayEquationForShortDelays) {
+  const LoopDelays delays = loop_delays(1000.0, 0.45, 300.0, 1e-3);
+  EXPECT_NEAR(delays.position_s, 0.5e-3 + 1e-3 * (1.0 / 0.45 - 1.0) + 1.0 / (600.0 * std::numbers::pi) + 1e-3,
+              1e-12);
+  EXPECT_NEAR(delays.force_s - delays.position_s, 0.45e-3, 1e-12);
+  // A soft object, a heavy hand: m s² + b s + k (1 - e^{-s τ_f}) + k~ e^{-s τ_x} = 0 at s = iω.
+  constexpr double kObject = 0.2;
+  constexpr double kDamping = 2e-4;
+  constexpr double kMassKg = 5.0;
+  const double bound = analytic_bound_n_per_mm(delays, kObject, kDamping);
+  const auto imaginary = [&](double target, double w) {
+    return kDamping * w + kObject * std::sin(w * delays.force_s) - target * std::sin(w * delays.position_s);
+  };
+  const auto real = [&](double target, double w) {
+    return -1e-3 * kMassKg * w * w + kObject * (1.0 - std::cos(w * delays.force_s)) +
+           target * std::cos(w * delays.position_s);
+  };
+  // The crossing lies near w = sqrt(k~/m); there the imaginary part changes sign at the bound.
+  double w = std::sqrt(bound / (1e-3 * kMassKg));
+  for (int i = 0; i < 50; ++i) w = std::sqrt((real(bound, w) + 1e-3 * kMassKg * w * w) / (1e-3 * kMassKg));
+  EXPECT_GT(imaginary(0.98 * bound, w), 0.0);
+  EXPECT_LT(imaginary(1.02 * bound, w), 0.0);
 }
 
 }  // namespace

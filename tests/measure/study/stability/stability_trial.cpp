@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
-#include <utility>
 
 #include "hal/sim/sensor/nano17.h"
 #include "rt/target/desired_force.h"
@@ -153,18 +151,6 @@ double StableRange::margin(double target_n_per_mm) const {
 StableRange find_stable_range(const StabilityTrial& trial, double floor, double start, double end,
                               double octaves) {
   const auto verdict = [&trial](double target) { return run_trial(trial, target).verdict; };
-  // Steps towards `limit` until a target is stable, or is not: the last before it and that one; 0 = none is.
-  const auto walk = [&](double from, double limit, bool until_stable, StabilityClass& unstable) {
-    for (double now = from; now != limit;) {
-      const double next =
-          limit > from ? std::min(limit, kSearchStep * now) : std::max(limit, now / kSearchStep);
-      const StabilityClass found = verdict(next);
-      if (!is_stable(found)) unstable = found;
-      if (is_stable(found) == until_stable) return std::pair(now, next);
-      now = next;
-    }
-    return std::pair(limit, 0.0);
-  };
   StableRange range;
   range.at_start = verdict(start);
   range.beyond = range.below = range.at_start;
@@ -172,18 +158,56 @@ StableRange find_stable_range(const StabilityTrial& trial, double floor, double 
   double unstable_above = 0.0;  // the lowest known; 0 = none yet
   double unstable_below = 0.0;
   if (!is_stable(range.at_start)) {
-    std::tie(unstable_above, stable) = walk(start, floor, true, range.beyond);
+    stable = 0.0;
+    unstable_above = start;
+    for (double target = start; stable == 0.0 && target > floor;) {
+      target = std::max(floor, target / kSearchStep);
+      const StabilityClass found = verdict(target);
+      if (is_stable(found)) {
+        stable = target;
+      } else {
+        unstable_above = target;
+        range.beyond = found;
+      }
+    }
     if (stable == 0.0) {
       unstable_above = 0.0;
-      std::tie(unstable_below, stable) = walk(start, std::min(end, 4.0 * start), true, range.below);
+      unstable_below = start;
+      range.below = range.at_start;
+      for (double target = start; stable == 0.0 && target < std::min(end, 4.0 * start);) {
+        target = std::min(end, kSearchStep * target);
+        const StabilityClass found = verdict(target);
+        if (is_stable(found)) {
+          stable = target;
+        } else {
+          unstable_below = target;
+          range.below = found;
+        }
+      }
     }
     if (stable == 0.0) return range;
   }
   range.max_n_per_mm = range.min_n_per_mm = stable;
-  if (unstable_above == 0.0)
-    std::tie(range.max_n_per_mm, unstable_above) = walk(stable, end, false, range.beyond);
-  if (unstable_below == 0.0)
-    std::tie(range.min_n_per_mm, unstable_below) = walk(stable, floor, false, range.below);
+  while (unstable_above == 0.0 && range.max_n_per_mm < end) {
+    const double target = std::min(end, kSearchStep * range.max_n_per_mm);
+    const StabilityClass found = verdict(target);
+    if (is_stable(found)) {
+      range.max_n_per_mm = target;
+    } else {
+      unstable_above = target;
+      range.beyond = found;
+    }
+  }
+  while (unstable_below == 0.0 && range.min_n_per_mm > floor) {
+    const double target = std::max(floor, range.min_n_per_mm / kSearchStep);
+    const StabilityClass found = verdict(target);
+    if (is_stable(found)) {
+      range.min_n_per_mm = target;
+    } else {
+      unstable_below = target;
+      range.below = found;
+    }
+  }
   const auto close_in = [&](double& inside, double outside, StabilityClass& found_outside) {
     while (std::abs(std::log2(outside / inside)) > 1.01 * octaves) {
       const double target = std::sqrt(inside * outside);
