@@ -4,12 +4,26 @@
 
 #include <cmath>
 
+#include "tests/measure/study/precision/integration/order_of_convergence.h"
 #include "tests/measure/study/precision/integration/press_integrators.h"
 
 namespace hapticd::study {
 namespace {
 
 using enum IntegrationMethod;
+
+TEST(OrderOfConvergence, IsTheExponentOfAPowerLaw) {
+  const std::vector<double> steps{1.0, 0.5, 0.2, 0.1};
+  std::vector<double> errors;
+  for (const double h : steps) errors.push_back(7.0 * h * h);
+  EXPECT_NEAR(*order_of_convergence(steps, errors, 0.0), 2.0, 1e-12);
+}
+
+TEST(OrderOfConvergence, LeavesOutWhatTheReferenceCannotTell) {
+  EXPECT_NEAR(*order_of_convergence({1.0, 0.1, 0.01}, {1.0, 0.1, 0.05}, 0.06), 1.0, 1e-12);
+  EXPECT_FALSE(order_of_convergence({1.0, 0.1}, {1.0, 0.1}, 0.5).has_value());
+  EXPECT_NEAR(*order_of_convergence({1.0, 0.1, 0.01}, {NAN, 0.1, 0.01}, 0.0), 1.0, 1e-12);
+}
 
 /// A tip on the hand's spring alone, 1 kg at 1 N/mm without damping, the motor side hardly coupled.
 PressPlant oscillator() {
@@ -37,6 +51,18 @@ TEST(PressIntegrators, HaveTheirOrderOnAnOscillator) {
   EXPECT_NEAR(order(kExplicitEuler), 1.0, 0.2);
   EXPECT_NEAR(order(kRungeKutta4), 4.0, 0.2);
   EXPECT_LT(oscillator_error(kShipped, 1e-3), 1e-10);
+}
+
+TEST(PressIntegrators, ExplicitEulerGainsEnergy) {
+  // Per step its amplitude grows by sqrt(1 + ω²h²).
+  constexpr double kH = 1e-3;
+  constexpr int kSteps = 200;
+  PressState start;
+  start.tip_mm = 1.0;
+  const auto run = make_integrator(kExplicitEuler, oscillator(), start, kH);
+  for (int i = 0; i < kSteps; ++i) run->step(i * kH, 0.0);
+  EXPECT_NEAR(std::hypot(run->tip_mm(), run->tip_mm_per_s() / std::sqrt(1000.0)),
+              std::pow(1.0 + 1000.0 * kH * kH, 0.5 * kSteps), 1e-9);
 }
 
 /// A hand leans on a linear spring with a relaxation branch and viscosity, dry friction in the device.

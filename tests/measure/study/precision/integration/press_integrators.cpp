@@ -64,35 +64,25 @@ class RungeKutta4 final : public ByRate {
   }
 };
 
-/// The exact solution of the linear part, and the implicit contact.
-class Shipped final : public PressIntegrator {
+/// The exact solution of the linear part that the methods of the simulator share.
+class ByAxis : public PressIntegrator {
  public:
-  Shipped(const PressPlant& plant, const PressState& start, double step_s, double pull_at)
+  ByAxis(const PressPlant& plant, const PressState& start, double step_s, double pull_at)
       : plant_(plant),
         axis_(plant.axis, step_s),
-        material_(plant.material, step_s),
         s_{start.motor_mm, start.motor_mm_per_s, start.tip_mm, start.tip_mm_per_s},
         amplifier_n_(start.amplifier_n),
         lag_(2.0 * std::numbers::pi * plant.amplifier_pole_hz * step_s),
         decay_(std::exp(-lag_)),
+        step_s_(step_s),
         pull_after_s_(pull_at * step_s) {}
-  std::unique_ptr<PressIntegrator> clone() const override { return std::make_unique<Shipped>(*this); }
 
-  void step(double time_s, double wanted_n) noexcept override {
-    sim::AxisState next = free_step(time_s, wanted_n);
-    if (plant_.has_object) {
-      const sim::Material::Step touched = material_.advance(next.tip_mm, axis_.tip_position_per_tip_force());
-      axis_.add_tip_force(next, -touched.mean_force_n);
-      contact_n_ = touched.force_n;
-    }
-    s_ = next;
-  }
   double motor_mm() const noexcept override { return s_.motor_mm; }
   double tip_mm() const noexcept override { return s_.tip_mm; }
   double tip_mm_per_s() const noexcept override { return s_.tip_mm_per_s; }
   double contact_n() const noexcept override { return contact_n_; }
 
- private:
+ protected:
   /// The step without contact: amplifier, structure, hand, friction.
   sim::AxisState free_step(double time_s, double wanted_n) noexcept {
     double mean_n = amplifier_n_;
@@ -109,13 +99,33 @@ class Shipped final : public PressIntegrator {
 
   PressPlant plant_;
   sim::AxisDynamics axis_;
-  sim::Material material_;
   sim::AxisState s_;
   double amplifier_n_;
   double lag_;
   double decay_;
+  double step_s_;
   double pull_after_s_;
   double contact_n_ = 0.0;
+};
+
+class Shipped final : public ByAxis {
+ public:
+  Shipped(const PressPlant& plant, const PressState& start, double step_s, double pull_at)
+      : ByAxis(plant, start, step_s, pull_at), material_(plant.material, step_s) {}
+  std::unique_ptr<PressIntegrator> clone() const override { return std::make_unique<Shipped>(*this); }
+
+  void step(double time_s, double wanted_n) noexcept override {
+    sim::AxisState next = free_step(time_s, wanted_n);
+    if (plant_.has_object) {
+      const sim::Material::Step touched = material_.advance(next.tip_mm, axis_.tip_position_per_tip_force());
+      axis_.add_tip_force(next, -touched.mean_force_n);
+      contact_n_ = touched.force_n;
+    }
+    s_ = next;
+  }
+
+ private:
+  sim::Material material_;
 };
 
 }  // namespace

@@ -18,6 +18,18 @@ using test::value_of;
 constexpr double kPhysicsHz = MotionTrace::kStepsPerTick * MotionTrace::kRateHz;
 constexpr double kSettleS = 1.5;
 
+sim::HandProgram stroking(double speed_mm_per_s) {
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kStroke;
+  hand.force_n = 2.0;
+  hand.speed_mm_per_s = speed_mm_per_s;
+  hand.stroke_length_mm = 50.0;
+  hand.repetitions = -1;
+  hand.force_rate_n_per_s = 6.0;
+  hand.approach_mm_per_s = 40.0;
+  return hand;
+}
+
 MotionTrace trace(const std::string& name, const std::string& object, const sim::HandProgram& hand,
                   double hal::Vector3::*axis, double seconds) {
   sim::SimulationConfig config;
@@ -60,17 +72,6 @@ std::vector<double> MotionTrace::encoder_mm(double step_mm) const {
   return reading;
 }
 
-MotionError judge_motion(const std::vector<double>& estimate, const std::vector<double>& truth) {
-  constexpr std::size_t kSettledTicks = 100;
-  double left = 0.0, whole = 0.0;
-  for (std::size_t k = kSettledTicks; k < estimate.size(); ++k) {
-    const double now = truth[k * MotionTrace::kStepsPerTick];
-    left += (estimate[k] - now) * (estimate[k] - now);
-    whole += now * now;
-  }
-  return {std::sqrt(left / whole), std::sqrt(left / static_cast<double>(estimate.size() - kSettledTicks))};
-}
-
 std::vector<MotionTrace> motion_traces(double seconds, Vigour vigour) {
   struct Motions {
     double tap_mm_per_s, stroke_mm_per_s, wave_mm_per_s, wave_hz, shake_n, shake_hz;
@@ -89,8 +90,7 @@ std::vector<MotionTrace> motion_traces(double seconds, Vigour vigour) {
   sim::HandProgram still;
   still.kind = sim::HandProgram::Kind::kRest;
   return {trace("taps", "foam_ball", tapping(m.tap_mm_per_s), &hal::Vector3::z, seconds),
-          trace("strokes", "sponge_block", stroking(2.0, m.stroke_mm_per_s, 50.0, 40.0, 6.0),
-                &hal::Vector3::x, seconds),
+          trace("strokes", "sponge_block", stroking(m.stroke_mm_per_s), &hal::Vector3::x, seconds),
           trace("waving", "none", waving, &hal::Vector3::z, seconds),
           trace("shaking", "none", shaking, &hal::Vector3::z, seconds),
           trace("at rest", "none", still, &hal::Vector3::z, seconds)};

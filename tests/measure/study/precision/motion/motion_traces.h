@@ -22,15 +22,6 @@ struct MotionTrace {
   std::vector<double> encoder_mm(double step_mm) const;
 };
 
-/// What an estimate makes of one motion.
-struct MotionError {
-  double error = 0.0;  ///< rms of (estimate - truth) at the same tick over rms of truth
-  double rms = 0.0;    ///< rms of (estimate - truth), in the estimate's unit
-};
-/// `estimate`: one value a tick; `truth`: a trace, the first at the first tick. The first 100 ms do not
-/// count.
-MotionError judge_motion(const std::vector<double>& estimate, const std::vector<double>& truth);
-
 enum class Vigour { kUsual, kGentle, kViolent };
 
 /// Motions of a hand on the simulated PHANToM 1.0, `seconds` each: taps on a foam ball, strokes over a
