@@ -11,6 +11,8 @@
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "server/identification/estimate/contact/contact_surface.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
+#include "tests/reference/contact_double_stage.h"
+#include "tests/reference/contact_point.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::identification {
@@ -108,6 +110,28 @@ TEST(ContactSingleStage, ForgetsWithoutWindingUp) {
     for (const PalpationSample& s : later) estimator.add(s);
   }
   EXPECT_LT(law_displacement_error({0.1, 0.0, 1.7}, value_of(estimator.estimate()).parameters, 6.0), 0.02);
+}
+
+// --- double stage ---
+
+TEST(ContactDoubleStage, FindsLawsAndKeepsItsCovarianceBounded) {
+  for (const rt::HuntCrossleyParameters& law :
+       {rt::HuntCrossleyParameters{0.3, 3e-4, 1.3}, {0.02, 2e-5, 2.1}, {0.5, 0.0, 1.0}}) {
+    DoubleStageEstimator estimator;
+    for (int round = 0; round < 2; ++round) {
+      for (const PalpationSample& s : synthetic_palpation(law, 8.0, 0.01)) estimator.add(s);
+    }
+    const auto estimate = value_of(estimator.estimate());
+    EXPECT_LT(law_displacement_error(law, estimate.parameters, 8.0), 0.03) << "m " << law.exponent;
+    // Hours of one force excite nothing; forgetting alone would blow the covariance up.
+    for (int i = 0; i < 500'000; ++i)
+      estimator.add({3.0, 0.0, rt::hunt_crossley_force_n(law, 3.0, 0.0), true});
+    EXPECT_LE(estimator.covariance_share(), 1.0);
+    ASSERT_TRUE(estimator.estimate());
+    EXPECT_NEAR(rt::hunt_crossley_force_n(estimator.estimate()->parameters, 3.0, 0.0) /
+                    rt::hunt_crossley_force_n(law, 3.0, 0.0),
+                1.0, 0.02);
+  }
 }
 
 // --- variable projection ---
@@ -290,6 +314,29 @@ TEST(ContactSurface, LiesWhereTheFirstLoadingPoints) {
   EXPECT_FALSE(surface_from_first_loading({}));
   EXPECT_FALSE(
       surface_from_first_loading(std::vector<PalpationSample>(100, PalpationSample{1.0, 0.0, 0.1, true})));
+}
+
+TEST(ContactApproach, DriftIsNoContactAndTheContactPointIsWithinItsUncertainty) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0.0, 0.0015);
+  constexpr double kSurfaceMm = 42.0;
+  ApproachDetector detector(0.015);
+  std::vector<ApproachSample> approach;
+  std::vector<std::size_t> declared;
+  for (int i = 0; i < 9000; ++i) {
+    const double t = 1e-3 * i;
+    const double depth = 6.0 * t;
+    const double force = 2e-3 * t + 0.05 * std::pow(std::max(0.0, depth - kSurfaceMm), 1.5) + noise(random);
+    approach.push_back({t, depth, force});
+    if (detector.update(approach.back())) declared.push_back(approach.size() - 1);
+  }
+  ASSERT_EQ(declared.size(), 1U);
+  EXPECT_GT(approach[declared[0]].depth_mm, kSurfaceMm);
+  EXPECT_LT(approach[declared[0]].depth_mm, kSurfaceMm + 1.0);
+  const auto point = value_of(find_contact_point(approach, declared[0]));
+  EXPECT_NEAR(point.depth_mm, kSurfaceMm, 2.0 * point.standard_error_mm);
+  EXPECT_LT(point.standard_error_mm, 0.5);
+  EXPECT_FALSE(find_contact_point(approach, approach.size()));
 }
 
 }  // namespace
