@@ -15,6 +15,20 @@ inline sim::HandProgram pressing(double force_n) {
   return hand;
 }
 
+/// Strokes back and forth without an end.
+inline sim::HandProgram stroking(double force_n, double speed_mm_per_s, double length_mm = 40.0,
+                                 double approach_mm_per_s = 30.0, double force_rate_n_per_s = 4.0) {
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kStroke;
+  hand.force_n = force_n;
+  hand.speed_mm_per_s = speed_mm_per_s;
+  hand.stroke_length_mm = length_mm;
+  hand.repetitions = -1;
+  hand.approach_mm_per_s = approach_mm_per_s;
+  hand.force_rate_n_per_s = force_rate_n_per_s;
+  return hand;
+}
+
 /// The free motion of D§3.2.2: the device shakes itself at 5 Hz and 1 N.
 inline sim::HandProgram shaken() {
   sim::HandProgram hand;

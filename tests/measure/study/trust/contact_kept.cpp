@@ -7,7 +7,7 @@
 
 #include "tests/measure/report/quantile.h"
 #include "tests/measure/study/common/hands.h"
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/trust/trust_study.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/trust/trust_study.h"

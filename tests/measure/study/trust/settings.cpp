@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/parts.h"
 #include "tests/measure/study/trust/settings_search.h"
 #include "tests/measure/study/trust/trust_study.h"

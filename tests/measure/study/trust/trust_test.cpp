@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/model/model_file.h"
-#include "tests/measure/study/common/palpation.h"
+#include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/plant.h"
 #include "tests/measure/study/trust/settings_search.h"
 #include "tests/measure/study/trust/trust_trial.h"
