@@ -19,7 +19,8 @@ int run_tick(const TickOptions& options);
 int run_tick_child(const std::string& scene, long ticks, bool everything);
 
 /// Subscribers: so many streams, read for so many seconds; what they received goes to `result`.
-int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams);
+int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams,
+                         bool blocks);
 
 /// `hapticd_bench realtime`: the live loop under every load there is, from command to effect, fan-out.
 struct RealtimeOptions {
@@ -64,7 +65,8 @@ int run_decode(const DecodeOptions& options);
 struct RecordingOptions {
   std::string folder;
   bool quick = false;             ///< a tenth of everything
-  std::vector<std::string> only;  ///< "cost", "service"; empty = all
+  std::vector<std::string> only;  ///< "cost", "service", "install"; empty = all
+  std::string packages;           ///< for "install": where they are
 };
 int run_recording(const RecordingOptions& options);
 
@@ -85,7 +87,7 @@ struct AttackOptions {
 std::vector<std::string> attack_parts();
 int run_attack(const AttackOptions& options);
 
-/// `hapticd_bench pose`: age and cost of poses, the visual page.
+/// `hapticd_bench pose`: age and cost of poses, instants of touches over networks, the visual page.
 struct PoseOptions {
   std::string folder;
   bool quick = false;             ///< a tenth of everything

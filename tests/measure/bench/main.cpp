@@ -70,12 +70,15 @@ int main(int argc, char** argv) {
   std::string result;
   double child_seconds = 0.0;
   int streams = 1;
+  bool blocks = false;
   auto* subscriber = add_child(app, "subscriber-child");
   subscriber->add_option("--server", address)->required();
   subscriber->add_option("--seconds", child_seconds)->required();
   subscriber->add_option("--result", result)->required();
   subscriber->add_option("--streams", streams);
-  subscriber->callback([&] { status = run_subscriber_child(address, child_seconds, result, streams); });
+  subscriber->add_option("--blocks", blocks);
+  subscriber->callback(
+      [&] { status = run_subscriber_child(address, child_seconds, result, streams, blocks); });
 
   RealtimeOptions realtime;
   auto* realtime_command =
@@ -106,12 +109,16 @@ int main(int argc, char** argv) {
   auto* recording_command =
       add_benchmark(app, status, recording, run_recording, "recording",
                     "what recording, the flight recorder, exports and metrics cost the machine");
+  recording_command->add_option(
+      "--packages", recording.packages,
+      "folder of packages as deploy/package.sh makes them, for the part \"install\"; as root");
   recording_command->add_option("--only", recording.only, "only these parts")
-      ->check(CLI::IsMember({"cost", "service"}));
+      ->check(CLI::IsMember({"cost", "service", "install"}));
 
   PoseOptions pose;
   auto* pose_command =
-      add_benchmark(app, status, pose, run_pose, "pose", "age and cost of poses, the visual page");
+      add_benchmark(app, status, pose, run_pose, "pose",
+                    "age and cost of poses, instants of touches over networks, the visual page");
   pose_command->add_option("--only", pose.only, "only these parts")->check(CLI::IsMember(pose_parts()));
   auto* pose_child = add_child(app, "pose-child");
   pose_child->add_option("--server", address)->required();

@@ -51,6 +51,9 @@ TEST(LatencyDistribution, IsWhatHappenedBetweenTwoAnswers) {
   EXPECT_DOUBLE_EQ(passed.max_us(), 950.0);
   passed += between(before, after);
   EXPECT_DOUBLE_EQ(passed.count(), 200.0);
+  ASSERT_EQ(passed.beyond().size(), 3U);
+  EXPECT_DOUBLE_EQ(passed.beyond()[0], 0.1);
+  EXPECT_DOUBLE_EQ(passed.beyond()[2], 0.0);
 }
 
 TEST(Cyclictest, WithoutHistogramThereIsNothing) {

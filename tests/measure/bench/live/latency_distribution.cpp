@@ -51,6 +51,17 @@ double LatencyDistribution::quantile_us(double share) const {
   return bins.empty() ? std::numeric_limits<double>::quiet_NaN() : bins.back().up_to_us;
 }
 
+std::vector<double> LatencyDistribution::beyond() const {
+  const double total = count();
+  std::vector<double> shares;
+  double seen = 0.0;
+  for (const Bin& bin : bins) {
+    seen += bin.count;
+    shares.push_back((total - seen) / total);
+  }
+  return shares;
+}
+
 LatencyDistribution& LatencyDistribution::operator+=(const LatencyDistribution& other) {
   BinSum sum;
   for (const Bin& bin : bins) sum.add(bin);

@@ -19,6 +19,8 @@ struct LatencyDistribution {
   /// Quantile (0 … 1), with what a bin holds spread evenly over it; NaN if nothing was counted.
   double quantile_us(double share) const;
   double max_us() const { return quantile_us(1.0); }
+  /// The share that took longer than each bin's edge; what a histogram looks like when its tail matters.
+  std::vector<double> beyond() const;
 
   LatencyDistribution& operator+=(const LatencyDistribution& other);
 };

@@ -42,9 +42,12 @@ struct Received {
 };
 
 /// Reads; none when the daemon ended the stream.
-std::optional<Received> read_until(const std::string& address, std::chrono::steady_clock::time_point end) {
+std::optional<Received> read_until(const std::string& address, std::chrono::steady_clock::time_point end,
+                                   bool blocks) {
   client::Client client({.address = address, .timeout = std::chrono::seconds(20)});
-  client::TelemetryStream stream = client.subscribe(v1::SubscribeRequest());
+  v1::SubscribeRequest request;
+  if (blocks) request.set_encoding(v1::TELEMETRY_ENCODING_BLOCK);
+  client::TelemetryStream stream = client.subscribe(request);
   hapticd::v1::TelemetryBatch batch;
   Received received;
   std::uint64_t bytes = 0;
@@ -54,6 +57,9 @@ std::optional<Received> read_until(const std::string& address, std::chrono::stea
     if (event != client::TelemetryStream::Event::kMessage) continue;
     bytes += batch.ByteSizeLong();
     if (!batch.samples().empty()) received.newest_ns = batch.samples().rbegin()->time_ns();
+    const client::TelemetryTable& table = stream.table();
+    if (blocks && table.rows() > 0)
+      received.newest_ns = table.integer(table.rows() - 1, table.column("time_ns").value());
   }
   received.tally = tally_of(stream.account());
   received.tally.bytes = bytes;
@@ -79,12 +85,12 @@ SubscriberTally& SubscriberTally::operator+=(const SubscriberTally& other) noexc
 }
 
 SubscriberProcess::SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result,
-                                     int streams)
+                                     int streams, bool blocks)
     : result_(std::move(result)),
       timeout_(in_ms(seconds + 20.0)),
       process_({.command = {(program_folder() / "hapticd_bench").string(), "subscriber-child", "--server",
                             address, "--seconds", std::to_string(seconds), "--result", result_.string(),
-                            "--streams", std::to_string(streams)},
+                            "--streams", std::to_string(streams), "--blocks", blocks ? "1" : "0"},
                 .output = result_.string() + ".log"}) {}
 
 SubscriberTally SubscriberProcess::finish() {
@@ -100,7 +106,8 @@ SubscriberTally SubscriberProcess::finish() {
   return tally.get<SubscriberTally>();
 }
 
-int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams) {
+int run_subscriber_child(const std::string& address, double seconds, const std::string& result, int streams,
+                         bool blocks) {
   const auto end = std::chrono::steady_clock::now() + in_ms(seconds);
   SubscriberTally sum;
   std::int64_t oldest_ns = std::numeric_limits<std::int64_t>::max();  // of the newest of each stream
@@ -113,7 +120,7 @@ int run_subscriber_child(const std::string& address, double seconds, const std::
         std::optional<Received> received;
         std::string why = "the daemon ended the stream";
         try {
-          received = read_until(address, end);
+          received = read_until(address, end, blocks);
         } catch (const std::exception& error) {
           why = error.what();
         }

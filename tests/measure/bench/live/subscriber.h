@@ -30,9 +30,9 @@ struct SubscriberTally {
 /// life.
 class SubscriberProcess {
  public:
-  /// `result` is the file it leaves its tally in.
-  SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result,
-                    int streams = 1);
+  /// `result` is the file it leaves its tally in. `blocks`: by TELEMETRY_ENCODING_BLOCK.
+  SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result, int streams = 1,
+                    bool blocks = false);
 
   /// Waits for its end; throws std::runtime_error if it ended badly or left no tally.
   SubscriberTally finish();

@@ -7,7 +7,7 @@
 namespace hapticd::bench {
 
 std::vector<std::string> pose_parts() {
-  return {"age", "cpu", "page"};
+  return {"age", "cpu", "contact", "page"};
 }
 
 int run_pose(const PoseOptions& options) {
@@ -33,6 +33,7 @@ int run_pose(const PoseOptions& options) {
   const std::filesystem::path logs = report.folder();
   if (wanted("age")) add_pose_ages(logs, options.quick, add);
   if (wanted("cpu")) add_pose_cpu(logs, options.quick, add);
+  if (wanted("contact")) add_contact_events(logs, options.quick, add);
   if (wanted("page")) add_page_fps(logs, options.quick, add);
   report.add_table("pose", "Poses for those who draw", table);
   return 0;

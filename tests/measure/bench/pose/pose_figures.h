@@ -24,6 +24,9 @@ PoseTally read_poses(const std::string& address, double rate_hz, double seconds,
 void add_pose_ages(const std::filesystem::path& logs, bool quick, const AddFigure& add);
 /// `pose_cpu_share` {part}: what 16 subscribers at 120 Hz add to the daemon.
 void add_pose_cpu(const std::filesystem::path& logs, bool quick, const AddFigure& add);
+/// `contact_event_error_ms` {network, quantile}: the instant of a touch by the client's clock, against the
+/// simulated truth.
+void add_contact_events(const std::filesystem::path& logs, bool quick, const AddFigure& add);
 /// `page_fps` of the visual page with the tumour scene, in headless Chromium.
 void add_page_fps(const std::filesystem::path& logs, bool quick, const AddFigure& add);
 

@@ -19,10 +19,12 @@ namespace hapticd::bench {
 namespace {
 
 using report::fixed;
+using report::kNoNumber;
 
 constexpr double kGoalOverCyclictest = 1.1;
 constexpr double kGoalOverIdle = 1.1;
 constexpr double kTail = 0.999;
+constexpr double kPeriodUs = 1000.0;
 
 using Rounds = std::vector<LatencyDistribution>;
 
@@ -30,6 +32,9 @@ using Rounds = std::vector<LatencyDistribution>;
 struct LoopTimes {
   Rounds tick;   ///< how late ticks began
   Rounds timer;  ///< how late the kernel woke the thread
+  Rounds jitter;
+  Rounds compute;
+  Rounds device;
   Rounds cyclictest;
   std::uint64_t periods_missed = 0;
   std::string failed;  ///< why there is nothing, or nothing to compare with
@@ -98,6 +103,9 @@ void measure_round(LoopTimes& times, const LoadType& type, client::Client& clien
   const Cyclictest::Outcome yardstick = cyclictest.finish();
   times.tick.push_back(between(before.wakeup(), after.wakeup()));
   times.timer.push_back(between(before.timer(), after.timer()));
+  times.jitter.push_back(between(before.jitter(), after.jitter()));
+  times.compute.push_back(between(before.compute(), after.compute()));
+  times.device.push_back(between(before.device(), after.device()));
   times.cyclictest.push_back(yardstick.wakeup.value_or(LatencyDistribution{}));
   times.periods_missed += after.periods_missed() - before.periods_missed();
   if (!yardstick.wakeup) times.failed = yardstick.failed;
@@ -146,6 +154,29 @@ void add_twins(report::Report& report, const Twins& twins) {
       text_of(ratio) + ". Differences smaller than that are not resolved on this machine.");
 }
 
+report::PlotSeries curve(const std::string& label, const LatencyDistribution& distribution, int colour,
+                         bool dashed) {
+  report::PlotSeries series;
+  series.label = label;
+  series.colour = colour;
+  series.dashed = dashed;
+  const std::vector<double> beyond = distribution.beyond();
+  for (std::size_t i = 0; i < beyond.size(); ++i) {
+    if (beyond[i] <= 0.0) continue;  // the last bin; there is no zero on a logarithmic axis
+    series.x.push_back(distribution.bins[i].up_to_us);
+    series.y.push_back(beyond[i]);
+  }
+  return series;
+}
+
+report::SvgPlot empty_plot(const std::string& title, const std::string& what) {
+  report::SvgPlot plot;
+  plot.title = title;
+  plot.x = {what, "µs", true};
+  plot.y = {"share of ticks that took longer", "", true};
+  return plot;
+}
+
 class LoopReport {
  public:
   LoopReport(report::Report& report, const LoopTimes& idle) : report_(report), idle_(idle) {}
@@ -153,6 +184,9 @@ class LoopReport {
   void add(const LoadType& type, const LoopTimes& times) {
     const LatencyDistribution tick = sum_of(times.tick);
     const LatencyDistribution timer = sum_of(times.timer);
+    const LatencyDistribution jitter = sum_of(times.jitter);
+    const LatencyDistribution compute = sum_of(times.compute);
+    const LatencyDistribution device = sum_of(times.device);
     const LatencyDistribution cyclictest = sum_of(times.cyclictest);
     const double yardstick = cyclictest.quantile_us(kTail);
     add_figure("wakeup_p999_us", type, "hapticd", tick.quantile_us(kTail), kGoalOverCyclictest * yardstick,
@@ -160,14 +194,21 @@ class LoopReport {
     add_figure("wakeup_p999_us", type, "hapticd's timer alone", timer.quantile_us(kTail), {}, yardstick,
                "cyclictest on the same CPU in the same seconds", times);
     add_figure("wakeup_p999_us", type, "cyclictest", yardstick, {}, {}, "", times);
+    add_figure("jitter_p999_us", type, "hapticd", jitter.quantile_us(kTail), {}, {}, "", times);
+    add_figure("compute_p999_us", type, "hapticd", compute.quantile_us(kTail), {}, {}, "", times);
+    add_figure("device_p999_us", type, "hapticd", device.quantile_us(kTail), {}, {}, "", times);
     const QuantileRatio over_idle = quantile_ratio(times.tick, idle_.tick, kTail);
     const QuantileRatio yardstick_over_idle = quantile_ratio(times.cyclictest, idle_.cyclictest, kTail);
+    const double period_over_idle =
+        (kPeriodUs + jitter.quantile_us(kTail)) / (kPeriodUs + sum_of(idle_.jitter).quantile_us(kTail));
     if (type.kind == LoadKind::kService) {
       const char* source = "the same rounds without load";
       add_figure("wakeup_p999_over_idle", type, "hapticd", over_idle.value, kGoalOverIdle, {}, source, times,
                  "1");
       add_figure("wakeup_p999_over_idle", type, "cyclictest", yardstick_over_idle.value, {}, {}, source,
                  times, "1");
+      add_figure("period_p999_over_idle", type, "hapticd", period_over_idle, kGoalOverIdle, {}, source, times,
+                 "1");
     }
     const auto three = [&](double share, int digits) {
       return fixed(tick.quantile_us(share), digits) + " / " + fixed(timer.quantile_us(share), digits) +
@@ -176,12 +217,31 @@ class LoopReport {
     wakeups_.add_row({type.name, three(0.5, 1), three(0.99, 0), three(kTail, 0),
                       text_of(quantile_ratio(times.tick, times.cyclictest, kTail)),
                       text_of(quantile_ratio(times.timer, times.cyclictest, kTail)), text_of(over_idle),
-                      text_of(yardstick_over_idle),
-                      std::to_string(times.periods_missed) + " of " + fixed(tick.count(), 0), times.failed});
+                      text_of(yardstick_over_idle), times.failed});
+    ticks_.add_row({type.name, fixed(compute.quantile_us(0.5), 1), fixed(compute.quantile_us(kTail), 1),
+                    fixed(device.quantile_us(0.5), 1), fixed(device.quantile_us(kTail), 1),
+                    fixed(jitter.quantile_us(0.5), 2), fixed(jitter.quantile_us(0.99), 1),
+                    fixed(jitter.quantile_us(kTail), 0), fixed(period_over_idle, 2),
+                    std::to_string(times.periods_missed) + " of " + fixed(tick.count(), 0)});
+    const int colour = next_colour_++;
+    if (type.kind == LoadKind::kNone || type.kind == LoadKind::kMachine || type.name == "64 subscribers") {
+      const int of_pair = static_cast<int>(wakeup_.series.size()) / 2;
+      wakeup_.series.push_back(curve(type.name, tick, of_pair, false));
+      wakeup_.series.push_back(curve("cyclictest then", cyclictest, of_pair, true));
+    }
+    compute_.series.push_back(curve(type.name, compute, colour, colour >= 8));
+    device_.series.push_back(curve(type.name, device, colour, colour >= 8));
   }
 
   void finish(const std::string& conditions) {
     report_.add_table("realtime_loop", "The loop's wake-up under load", wakeups_, conditions);
+    report_.add_table(
+        "realtime_tick", "The loop's other times in the same rounds", ticks_,
+        "Jitter: by how much the time from tick to tick differed from a period. A period is missed when "
+        "the machine was at rest longer than it, or the tick took longer.");
+    report_.add_plot("realtime_wakeup", wakeup_);
+    report_.add_plot("realtime_compute", compute_);
+    report_.add_plot("realtime_device", device_);
   }
 
  private:
@@ -200,9 +260,16 @@ class LoopReport {
 
   report::Report& report_;
   const LoopTimes& idle_;
+  int next_colour_ = 0;
   report::MarkdownTable wakeups_{{"load", "late by 50 %: tick / timer / cyclictest [µs]", "99 % [µs]",
                                   "99.9 % [µs]", "99.9 %, tick over cyclictest", "timer over cyclictest",
-                                  "tick over idle", "cyclictest over idle", "periods missed", "failed"}};
+                                  "tick over idle", "cyclictest over idle", "failed"}};
+  report::MarkdownTable ticks_{{"load", "compute 50 % [µs]", "99.9 % [µs]", "device 50 % [µs]", "99.9 % [µs]",
+                                "jitter 50 % [µs]", "99 % [µs]", "99.9 % [µs]",
+                                "99.9 % of the period over idle", "periods missed"}};
+  report::SvgPlot wakeup_ = empty_plot("Lateness of a tick (dashed: cyclictest next to it)", "lateness");
+  report::SvgPlot compute_ = empty_plot("Computation of a tick", "time");
+  report::SvgPlot device_ = empty_plot("Time in the drivers (simulated rig) per tick", "time");
 };
 
 std::string conditions_of(int rounds, double seconds, const Placement& placement, client::Client& client) {

@@ -17,4 +17,9 @@ void add_cost_figures(const std::filesystem::path& folder, bool quick, const Add
 /// What the service takes: locked memory, and the time of a scrape of its metrics.
 void add_service_figures(const std::filesystem::path& folder, bool quick, const AddFigure& add);
 
+/// Adds the time from `apt install` of the packages in a folder, on a fresh Debian 12 made for it, until the
+/// service has answered and ended.
+void add_install_figure(const std::filesystem::path& folder, const std::string& packages,
+                        const AddFigure& add);
+
 }  // namespace hapticd::bench

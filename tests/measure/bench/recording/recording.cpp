@@ -27,6 +27,7 @@ int run_recording(const RecordingOptions& options) {
   };
   if (wanted("cost")) add_cost_figures(logs, options.quick, add);
   if (wanted("service")) add_service_figures(logs, options.quick, add);
+  if (wanted("install")) add_install_figure(logs, options.packages, add);
   report.add_table("recording", "What recording costs", table);
   return 0;
 }

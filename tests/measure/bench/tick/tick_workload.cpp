@@ -70,8 +70,7 @@ hal::Result<Scene> scene_named(const std::string& name) {
       scene.spec.tip = rt::Tip::kBallBearing;
       scene.tip = "ball_bearing";
     }
-    if (name ==
-        "explore_dissertation") {  // as published: it oscillates here, so that it is only a part of all
+    if (name == "explore_dissertation") {  // as published: it oscillates here, so that it is only a part of all
       scene.spec.tip = rt::Tip::kBallBearing;
       scene.tip = "ball_bearing";
       rt::ExploreParameters& explore = scene.spec.explore;
@@ -174,6 +173,7 @@ hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::strin
   const std::chrono::duration<double, std::nano> composing = std::chrono::steady_clock::now() - start;
   const std::size_t pipeline_bytes = mallinfo2().uordblks - before_bytes;
   std::unique_ptr<TickWorkload> workload(new TickWorkload(*resolved, std::move(*pipeline), config.rate_hz));
+  workload->outline_ = rt::outline(*resolved);
   workload->compose_ns_ = composing.count();
   workload->memory_bytes_ = pipeline_bytes + sizeof(rt::Renderer);
 

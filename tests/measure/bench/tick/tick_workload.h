@@ -52,6 +52,7 @@ class TickWorkload {
   bool in_contact(std::size_t index) const noexcept { return in_contact_[index]; }
   std::size_t size() const noexcept { return samples_.size(); }
   double contact_share() const noexcept;
+  const rt::SceneOutline& outline() const noexcept { return outline_; }
   /// Memory of the composed stages and of what runs and guards them.
   std::size_t memory_bytes() const noexcept { return memory_bytes_; }
   /// Time from the scene's text, read, to its first tick: checking and composing.
@@ -82,6 +83,7 @@ class TickWorkload {
   std::size_t next_ = 0;
   rt::GuardState guard_state_{};
   hal::DeviceCommand sink_;
+  rt::SceneOutline outline_;
   std::size_t memory_bytes_ = 0;
   double compose_ns_ = 0.0;
 };
