@@ -91,9 +91,10 @@ class Guard {
   static constexpr double kFreeAirN = 0.3;
   /// Time after the last load that was seen at which the bound has come down: what is seen is late by some
   /// milliseconds, and all together takes no more than 20 ms.
-  static constexpr double kUnsureFallS = 0.03;  ///< time constant with which force ends while the zero is unsure
-  static constexpr double kFreeAirS = 0.014;
+  static constexpr double kFreeAirS = LoadWatch::kFreeAirS;
   static constexpr double kProvenRiseS = 0.05;
+  /// Time constant with which force ends while the zero is unsure.
+  static constexpr double kUnsureFallS = 0.03;
   /// Rate at which the bound rises with a load: a load that is seen late makes no step in the hand.
   static constexpr double kLoadRiseNPerS = 250.0;
   /// Time without a load after which it has gone; that for which it must be back until the bound rises, if it comes

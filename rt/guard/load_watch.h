@@ -88,6 +88,7 @@ class LoadWatch {
   static constexpr double kRecedeMm = 2.0;
   static constexpr double kProofMm = 3.0;
   static constexpr double kMaxJumpN = 6.0;      ///< a larger one is not taken over as a zero
+  static constexpr double kFreeAirS = 0.014;    ///< so long without a load the tool is in free air
 
   /// Another tool changes what its weight reads as, not the zero; with the same tool nothing is forgotten.
   void set_parameters(const LoadWatchParameters& parameters) noexcept;
@@ -109,10 +110,11 @@ class LoadWatch {
   /// a jump that has stayed so in motion; or, once the zero has jumped, a little that has stayed what it was over
   /// kProofMm, until more is read, or next to nothing for a while.
   bool is_left() const noexcept {
-    return ((shows_only_noted() || is_back_at_zero_) && unloaded_s() > kLeftS) || is_doubtful_;
+    return ((shows_only_noted() || is_back_at_zero_) && unloaded_s() > kFreeAirS) || is_doubtful_;
   }
-  /// Returns true if the zero is only a guess: since it was proven, the reading has stepped several times.
-  bool is_unsure() const noexcept { return steps_ >= kUnsureSteps; }
+  /// Returns true if the zero is only a guess: since it was proven, the reading has stepped several times, or a little
+  /// is read that is_left() takes for jumps.
+  bool is_unsure() const noexcept { return steps_ >= kUnsureSteps || is_doubtful_; }
   /// Whether anything is touched is not known, and no reading counts.
   bool is_waiting() const noexcept { return is_waiting_; }
   /// Whether it waits because of a jump.
@@ -164,8 +166,7 @@ class LoadWatch {
   static constexpr double kHeldMm = 0.3;
   static constexpr std::size_t kLeftSlots = 2;
   static constexpr double kLeftMm = 0.3;
-  static constexpr double kLeftS = 0.014;  // without a load
-  static constexpr double kLittleN = 2.0 * kLoadedStepN;
+  static constexpr double kLittleN = 2.0 * kLoadedStepN;  // two jumps that were not seen under a load
   static constexpr double kQuietN = 0.02;
   static constexpr std::size_t kQuietSlots = 50;
   static constexpr double kStaysMm = 0.5;
@@ -324,6 +325,8 @@ class LoadWatch {
   hal::Vector3 noted_n_;       ///< steps under load; zero: none
   hal::Vector3 last_noted_n_;  ///< the last of them
   double since_noted_s_ = kLongS;
+  std::uint32_t steps_ = 0;        ///< noted ones and jumps since the zero was proven
+  hal::Vector3 last_read_tip_mm_;  ///< where the tip was when more than nothing was read last
   std::size_t noted_slots_ = 0;  ///< running, in which nothing else was read
   std::size_t other_slots_ = 0;  ///< running, in which there was
   hal::Vector3 noted_tip_mm_;    ///< at the first of those
@@ -340,8 +343,6 @@ class LoadWatch {
   std::size_t stretch_slots_ = 0;
   hal::Vector3 stretch_along_;  ///< unit vector of its load, rig frame; zero if there is none
   double lowest_mm_ = 0.0;      ///< along it
-  std::uint32_t steps_ = 0;         ///< noted and jumps, since the zero was proven
-  hal::Vector3 last_read_tip_mm_;  ///< where the tip was when more than nothing was read last
   std::uint32_t found_count_ = 0;
   std::uint32_t jump_count_ = 0;
   hal::Vector3 last_jump_n_;

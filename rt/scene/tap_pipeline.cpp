@@ -12,8 +12,8 @@ namespace hapticd::rt {
 
 namespace {
 constexpr double kSurfaceMm = 0.1;  // as deep as the surface is known
-constexpr double kLittleN = 0.15;
-}
+constexpr double kLittleN = 0.15;   // a reading that jumps of the zero leave unseen
+}  // namespace
 
 TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),

@@ -73,7 +73,7 @@ server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> statio
 
 using Condition = std::function<bool(const v1::RigState&)>;
 
-/// Whether the guard has cut the force.
+/// Returns true if the guard has cut the force.
 bool is_latched(const v1::RigState& state);
 
 /// Reads a stream to its end, into `last`.

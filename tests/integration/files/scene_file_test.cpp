@@ -105,7 +105,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   return numbers;
 }
 
-/// What a file says in words, and the numbers that are not in 0.01 … 0.99.
+/// Words of a file, and its numbers that are not in 0.01 … 0.99.
 auto words_of(const rt::SceneSpec& spec) {
   const rt::SceneSpec& s = spec;
   return std::make_tuple(

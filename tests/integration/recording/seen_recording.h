@@ -11,7 +11,7 @@
 
 namespace hapticd::test {
 
-/// What a file of a recording or an incident holds.
+/// Contents of the file of a recording or an incident.
 struct SeenRecording {
   std::vector<std::int64_t> ticks;
   std::vector<recording::Event> events;

@@ -28,7 +28,7 @@ TEST(ServiceRig, TellsWhatEveryFaultDoes) {
       << "all but UNSPECIFIED and NONE";
 }
 
-/// What the doctor finds, and only of this topic if there is one.
+/// Findings of the doctor, only of this topic if there is one.
 std::vector<v1::Finding> findings(const RunningService& service, const std::string& topic = {},
                                   bool probe = false) {
   v1::DiagnoseRequest request;

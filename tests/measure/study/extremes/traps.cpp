@@ -112,9 +112,9 @@ Trap dahl_counting() {
             0.0};
   double published = -1.0, here = -1.0;
   for (int i = 1; i <= 50; ++i) {
-    const double way_mm = kStepMm * i;
-    const double exact = 1.0 - 2.0 * std::exp(-way_mm / kPreslidingMm);
-    published = 1.0 + (published - 1.0) * std::exp(-way_mm / kPreslidingMm);
+    const double path_mm = kStepMm * i;
+    const double exact = 1.0 - 2.0 * std::exp(-path_mm / kPreslidingMm);
+    published = 1.0 + (published - 1.0) * std::exp(-path_mm / kPreslidingMm);
     here = rt::dahl_step(here, kStepMm, kPreslidingMm);
     trap.published = std::max(trap.published, std::abs(published - exact));
     trap.here = std::max(trap.here, std::abs(here - exact));

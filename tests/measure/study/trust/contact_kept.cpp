@@ -25,7 +25,7 @@ struct ContactCase {
   std::string object;
 };
 
-/// What is counted; then come the delays of the taps in ms.
+/// Counts of contacts; the delays of the taps in ms come after them.
 enum Count : std::size_t {
   kTaps,
   kMissed,

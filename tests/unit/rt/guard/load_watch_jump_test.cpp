@@ -206,6 +206,7 @@ TEST(LoadWatch, ALittleThatStaysInMotionIsDoubtedOnceTheZeroHasJumped) {
     EXPECT_FALSE(tool.watch.is_left());
     move(200, 0.03, 0.0);
     EXPECT_EQ(tool.watch.is_left(), jumps) << "6 mm from the object";
+    EXPECT_EQ(tool.watch.is_unsure(), jumps) << "and it is said";
     tool.zero_n.x = 0.07;
     tool.run(0.2);
     EXPECT_EQ(tool.watch.is_left(), jumps) << "at rest, and the zero has jumped again";
