@@ -1,5 +1,4 @@
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -16,24 +15,13 @@
 #include "server/identification/estimate/tool_load_fit.h"
 #include "tests/measure/study/extremes/extreme.h"
 #include "tests/measure/study/extremes/palpated.h"
+#include "tests/reference/contact_double_stage.h"
 
 namespace hapticd::study::extremes {
 
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-using Palpation = std::vector<identification::PalpationSample>;
-using Fit = std::function<std::optional<identification::HuntCrossleyEstimate>(const Palpation&)>;
-
-std::optional<identification::HuntCrossleyEstimate> single_stage(const Palpation& samples) {
-  identification::SingleStageEstimator estimator;
-  for (const auto& s : samples) estimator.add(s);
-  return estimator.estimate();
-}
-std::optional<identification::HuntCrossleyEstimate> projection(const Palpation& samples) {
-  return identification::fit_by_variable_projection(samples);
-}
 
 /// Displacement error at half the depth, of a law found; an estimator that finds none is wrong by all.
 double error_of(const std::optional<identification::HuntCrossleyEstimate>& found,
@@ -45,6 +33,7 @@ double error_of(const std::optional<identification::HuntCrossleyEstimate>& found
                   1.0);
 }
 
+template <class Fit>
 double over_the_range(const Fit& fit) {
   Largest largest;
   for (const double exponent : {1.0, 1.5, 2.0, 2.5, 3.0}) {
@@ -57,8 +46,23 @@ double over_the_range(const Fit& fit) {
   return largest.value();
 }
 
+double single_over_the_range(const Effort&) {
+  return over_the_range([](const std::vector<identification::PalpationSample>& samples) {
+    identification::SingleStageEstimator estimator;
+    for (const auto& s : samples) estimator.add(s);
+    return estimator.estimate();
+  });
+}
+
+double projection_over_the_range(const Effort&) {
+  return over_the_range([](const std::vector<identification::PalpationSample>& samples) {
+    return identification::fit_by_variable_projection(samples);
+  });
+}
+
 /// Two depths that differ by ever less, 3 mN of noise: what is claimed must be true at the depth it was seen
 /// at, and there is no claim to anything else. Error of the force there.
+template <class Fit>
 double ill_conditioned(const Fit& fit) {
   const rt::HuntCrossleyParameters law{0.5, 5e-4, 1.5};
   Largest largest;
@@ -83,6 +87,26 @@ double ill_conditioned(const Fit& fit) {
   return largest.value();
 }
 
+double single_ill_conditioned(const Effort&) {
+  return ill_conditioned([](const std::vector<identification::PalpationSample>& samples) {
+    identification::SingleStageEstimator estimator;
+    for (const auto& s : samples) estimator.add(s);
+    return estimator.estimate();
+  });
+}
+double double_ill_conditioned(const Effort&) {
+  return ill_conditioned([](const std::vector<identification::PalpationSample>& samples) {
+    identification::DoubleStageEstimator estimator;
+    for (const auto& s : samples) estimator.add(s);
+    return estimator.estimate();
+  });
+}
+double projection_ill_conditioned(const Effort&) {
+  return ill_conditioned([](const std::vector<identification::PalpationSample>& samples) {
+    return identification::fit_by_variable_projection(samples);
+  });
+}
+
 /// Holds the same depth for ten hours: nothing distinguishes exponent from stiffness, and nothing may be
 /// claimed.
 double single_held(const Effort& effort) {
@@ -93,9 +117,10 @@ double single_held(const Effort& effort) {
 }
 
 /// Samples with NaN in every field in turn, among good ones: the same estimate as without them.
-double single_with_nan(const Effort&) {
+template <class Estimator>
+double with_nan() {
   const rt::HuntCrossleyParameters law{0.5, 5e-4, 1.5};
-  identification::SingleStageEstimator clean, dirty;
+  Estimator clean, dirty;
   int i = 0;
   for (const identification::PalpationSample& s : palpated(law, 3.0, 20.0, 0.003, 3)) {
     clean.add(s);
@@ -268,42 +293,44 @@ double friction_without_load(const Effort&) {
 ExtremeGroup identify_extremes() {
   // |B/K·ẋ| < 0.1 is taken: ln(1 + r) ≈ r is off by r²/2, half a per cent of force.
   constexpr double kLinearised = 0.005;
-  return {
-      "identify",
-      "Identification: ill-conditioned and endless data",
-      {
-          {"recursive single stage", "m 1 … 3, 4 N at 0.1 … 60 mm (K 2e-5 … 4e3)", "displacement error", "1",
-           kLinearised, "linearisation r²/2, r < 0.1",
-           [](const Effort&) { return over_the_range(single_stage); }},
-          {"variable projection", "m 1 … 3, 4 N at 0.1 … 60 mm (K 2e-5 … 4e3)", "displacement error", "1",
-           1e-4, "search of m to 1e-5", [](const Effort&) { return over_the_range(projection); }},
-          {"recursive single stage", "depth varies by 30 % … 1e-9, 3 mN noise", "force error where seen", "1",
-           kLinearised, "as above; else no claim",
-           [](const Effort&) { return ill_conditioned(single_stage); }},
-          {"variable projection", "depth varies by 30 % … 1e-9, 3 mN noise", "force error where seen", "1",
-           kLinearised, "as above; else no claim", [](const Effort&) { return ill_conditioned(projection); }},
-          {"recursive single stage", "one depth for ten hours", "laws claimed", "1", 0.0,
-           "nothing distinguishes m from K", single_held},
-          {"recursive single stage", "NaN in every field, now and then", "change of K and m", "1", 1e-3,
-           "left out with its mean of four", single_with_nan},
-          {"variable projection", "NaN in 2 % of the samples", "displacement error", "1", 1e-4, "left out",
-           projection_with_nan},
-          {"creep fit", "one force for a minute", "displacement error there", "1", 0.01,
-           "true where seen, or no claim", creep_of_one_force},
-          {"creep fit", "NaN in 0.2 % of the samples", "displacement error", "1", 0.05, "left out; knots",
-           creep_with_nan},
-          {"tool load fit", "one posture for an hour", "error of the mass over its standard error", "1", 5.0,
-           "five sigma, or no claim", tool_in_one_posture},
-          {"tool load fit", "sums of ten hours", "error of the mass", "1", 1e-6, "√(36e6 ε) … 36e6 ε",
-           tool_sums_of_ten_hours},
-          {"tool load fit", "one NaN", "called good", "1", 0.0, "says that it is not", tool_with_nan},
-          {"friction fit", "loads 1 µN … 35 N", "error of μ_k", "1", 0.01,
-           "load-scaled: the same at any load", friction_of_light_touch},
-          {"friction fit", "one speed only", "viscosity reported, or error of the sum", "1", 0.01,
-           "sum is reported, shares are not", friction_of_one_speed},
-          {"friction fit", "f_n = 0 throughout", "not finite", "1", 0.0, "refused, or finite",
-           friction_without_load},
-      }};
+  return {"identify",
+          "Identification: ill-conditioned and endless data",
+          {
+              {"recursive single stage", "m 1 … 3, 4 N at 0.1 … 60 mm (K 2e-5 … 4e3)", "displacement error",
+               "1", kLinearised, "linearisation r²/2, r < 0.1", single_over_the_range},
+              {"variable projection", "m 1 … 3, 4 N at 0.1 … 60 mm (K 2e-5 … 4e3)", "displacement error", "1",
+               1e-4, "search of m to 1e-5", projection_over_the_range},
+              {"recursive single stage", "depth varies by 30 % … 1e-9, 3 mN noise", "force error where seen",
+               "1", kLinearised, "as above; else no claim", single_ill_conditioned},
+              {"recursive double stage", "depth varies by 30 % … 1e-9, 3 mN noise", "force error where seen",
+               "1", kLinearised, "as above; else no claim", double_ill_conditioned},
+              {"variable projection", "depth varies by 30 % … 1e-9, 3 mN noise", "force error where seen",
+               "1", kLinearised, "as above; else no claim", projection_ill_conditioned},
+              {"recursive single stage", "one depth for ten hours", "laws claimed", "1", 0.0,
+               "nothing distinguishes m from K", single_held},
+              {"recursive single stage", "NaN in every field, now and then", "change of K and m", "1", 1e-3,
+               "left out with its mean of four",
+               [](const Effort&) { return with_nan<identification::SingleStageEstimator>(); }},
+              {"recursive double stage", "NaN in every field, now and then", "change of K and m", "1", 0.0,
+               "left out", [](const Effort&) { return with_nan<identification::DoubleStageEstimator>(); }},
+              {"variable projection", "NaN in 2 % of the samples", "displacement error", "1", 1e-4,
+               "left out", projection_with_nan},
+              {"creep fit", "one force for a minute", "displacement error there", "1", 0.01,
+               "true where seen, or no claim", creep_of_one_force},
+              {"creep fit", "NaN in 0.2 % of the samples", "displacement error", "1", 0.05, "left out; knots",
+               creep_with_nan},
+              {"tool load fit", "one posture for an hour", "error of the mass over its standard error", "1",
+               5.0, "five sigma, or no claim", tool_in_one_posture},
+              {"tool load fit", "sums of ten hours", "error of the mass", "1", 1e-6, "√(36e6 ε) … 36e6 ε",
+               tool_sums_of_ten_hours},
+              {"tool load fit", "one NaN", "called good", "1", 0.0, "says that it is not", tool_with_nan},
+              {"friction fit", "loads 1 µN … 35 N", "error of μ_k", "1", 0.01,
+               "load-scaled: the same at any load", friction_of_light_touch},
+              {"friction fit", "one speed only", "viscosity reported, or error of the sum", "1", 0.01,
+               "sum is reported, shares are not", friction_of_one_speed},
+              {"friction fit", "f_n = 0 throughout", "not finite", "1", 0.0, "refused, or finite",
+               friction_without_load},
+          }};
 }
 
 }  // namespace hapticd::study::extremes

@@ -234,6 +234,20 @@ double rig_bounded(const char* object, double target, double minutes, const Effo
   return largest.value();
 }
 
+double rig_repeats(const Effort&) {
+  VirtualRun a(rig_of("rubber_ball"), with_target(0.3)), b(rig_of("rubber_ball"), with_target(0.3));
+  a.set_hand(pressing(3.0));
+  b.set_hand(pressing(3.0));
+  Largest largest;
+  for (int i = 0; i < 10'000; ++i) {
+    a.step();
+    b.step();
+    largest.see(rt::norm(a.truth().tip_position_mm - b.truth().tip_position_mm));
+    largest.see(rt::norm(a.record().device_command_n - b.record().device_command_n));
+  }
+  return largest.value();
+}
+
 /// Commands of NaN, infinity and 1e300 in the midst of a press: what the tip makes of them, in mm.
 double rig_commanded_nan(const Effort&) {
   auto rig = std::move(*sim::SimulatedRig::create(rig_of("none")));
@@ -281,6 +295,8 @@ ExtremeGroup simulator_extremes() {
           {"whole rig", "ten minutes of taps at 400 mm/s on a sponge, k~ = 0", "largest of 1 m, 100 N", "1",
            1.0, "stays on the table",
            [](const Effort& e) { return rig_bounded("sponge_block", 0.0, 10.0, e); }},
+          {"whole rig", "the same ten seconds twice", "difference", "mm, N", 0.0, "bit-repeatable",
+           rig_repeats},
           {"whole rig", "commands of NaN, ∞, 1e300", "tip from home", "m", 1.0, "no DAC has a code for it",
            rig_commanded_nan},
       }};

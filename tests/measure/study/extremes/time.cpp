@@ -1,9 +1,11 @@
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "hal/sim/base/random.h"
 #include "rt/contact/free_motion_residual.h"
+#include "rt/loop/latency_histogram.h"
 #include "rt/signal/motion_estimator.h"
 #include "rt/signal/vector.h"
 #include "server/identification/estimate/tool_excitation.h"
@@ -104,6 +106,55 @@ double identified_later(const Effort&) {
   return std::abs(stiffness(kHundredDaysNs) / stiffness(0) - 1.0);
 }
 
+double tick_resolution(const Effort& effort) {
+  Largest largest;
+  const long ticks = effort.ticks(0.3);
+  std::int64_t time_ns = kHundredDaysNs;
+  double before = 1e-9 * static_cast<double>(time_ns);
+  for (long i = 0; i < ticks; ++i) {
+    time_ns += 1'000'000;
+    const double now = 1e-9 * static_cast<double>(time_ns);
+    largest.see((now - before) / 1e-3 - 1.0);
+    before = now;
+  }
+  return largest.value();
+}
+
+double days_to_2_53() {
+  return std::ldexp(1.0, 53) / 86'400e9;
+}
+
+double nanoseconds_in_double(const Effort&) {
+  // Every nanosecond is still a separate double: the last of the 100 days.
+  Largest largest;
+  for (std::int64_t i = 0; i < 1'000'000; ++i) {
+    const std::int64_t time_ns = kHundredDaysNs - i;
+    largest.see(static_cast<double>(static_cast<std::int64_t>(static_cast<double>(time_ns)) - time_ns));
+  }
+  return days_to_2_53() > 100.0 ? largest.value() : 1.0;
+}
+
+double histogram_quantile(const Effort&) {
+  Largest largest;
+  for (double size = 16.0; size < 1e12; size *= 1.01) {
+    rt::LatencyHistogram histogram;
+    histogram.record(static_cast<std::int64_t>(size));
+    histogram.record(static_cast<std::int64_t>(2.0 * size));
+    const double reported = static_cast<double>(histogram.snapshot().quantile_ns(0.5));
+    largest.see(reported / std::floor(size) - 1.0);
+  }
+  return largest.value();
+}
+
+double histogram_extremes(const Effort&) {
+  rt::LatencyHistogram histogram;
+  for (const std::int64_t ns :
+       {std::numeric_limits<std::int64_t>::min(), std::int64_t{-1}, std::int64_t{0}}) {
+    histogram.record(ns);
+  }
+  return static_cast<double>(histogram.snapshot().quantile_ns(1.0));
+}
+
 }  // namespace
 
 ExtremeGroup time_extremes() {
@@ -120,6 +171,14 @@ ExtremeGroup time_extremes() {
                "N, mm", 0.0, "int64 ns, differences only", scene_later},
               {"contact identification", "the same samples 100 days later", "change of K", "1", 1e-5,
                "1.9 ns of a tick, five times", identified_later},
+              {"seconds as double", "differences after 100 days", "error of a tick", "1",
+               std::ldexp(1.0, -29) / 1e-3 * 1.01, "2^-29 s between doubles at 8.6e6 s", tick_resolution},
+              {"nanoseconds as double", "up to 100 days", "nanoseconds off", "ns", 0.0,
+               "2^53 ns are 104 days", nanoseconds_in_double},
+              {"latency histogram", "16 ns … 1000 s", "error of a quantile", "1", 1.0 / 16.0,
+               "16 buckets an octave", histogram_quantile},
+              {"latency histogram", "negative and zero latencies", "largest reported", "ns", 0.0,
+               "count as zero", histogram_extremes},
           }};
 }
 

@@ -9,6 +9,7 @@
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "tests/measure/study/extremes/extreme.h"
 #include "tests/measure/study/extremes/palpated.h"
+#include "tests/reference/contact_double_stage.h"
 
 namespace hapticd::study::extremes {
 
@@ -41,7 +42,8 @@ void palpate_hold_palpate(const Effort& effort, const Add& add) {
 }
 
 /// Error of the displacement at half the depth (of the direction below, rad).
-double law_error(const Effort& effort, identification::SingleStageEstimator estimator) {
+template <class Estimator>
+double law_error(const Effort& effort, Estimator estimator) {
   palpate_hold_palpate(effort, [&](const identification::PalpationSample& s) { estimator.add(s); });
   const auto found = estimator.estimate();
   if (!found) return std::numeric_limits<double>::quiet_NaN();
@@ -51,6 +53,9 @@ double law_error(const Effort& effort, identification::SingleStageEstimator esti
   return std::abs(mm / (0.5 * kMaxDepthMm) - 1.0);
 }
 
+double double_stage(const Effort& effort) {
+  return law_error(effort, identification::DoubleStageEstimator());
+}
 double single_stage(const Effort& effort) {
   identification::SingleStageEstimator::Options options;
   options.forgetting = kForgetting;
@@ -100,7 +105,8 @@ ExtremeGroup unexcited_extremes() {
   };
   return {"unexcited",
           "Recursive estimators without excitation",
-          {extreme("recursive single stage, λ 0.9997", single_stage),
+          {extreme("recursive double stage, λ 0.9997", double_stage),
+           extreme("recursive single stage, λ 0.9997", single_stage),
            extreme("recursive single stage, λ 1 (default)", single_stage_shipped),
            extreme("fused displacement", fused), extreme("tracked direction", tracked)}};
 }
