@@ -31,7 +31,7 @@ STANDARD = re.compile(r"std::(?:(?:recursive_|timed_|shared_|shared_timed_|recur
                       r"|scoped_lock|shared_lock|condition_variable(?:_any)?)\b")
 FUNCTION_MEMBER = re.compile(r"^ +(?:mutable |const )*std::function<.*> \w+(?: = .*)?;|= std::function<")
 STARTS_THREAD = re.compile(r"std::j?thread\(\[|\bthread_?\(\[|: thread\(\[")
-THREAD_NAME = re.compile(r'(?:pthread_setname_np\(|\bWaitingDesk \w+\{|\bStopListener::Parts\{)[^;"]*"([^"]+)"')
+THREAD_NAME = re.compile(r'(?:pthread_setname_np\(|\bWaitQueue \w+\{|\bStopListener::Parts\{)[^;"]*"([^"]+)"')
 LONGEST_NAME = 15
 ROW = re.compile(r"^\| `([^`]+)` \| `([^`]+)` \|")
 THREAD_ROW = re.compile(r"^\| `([^`]+)` \| [^`]")

@@ -37,7 +37,7 @@ COST = re.compile(r"(0x[0-9a-f]+|[+*-]\d*) [+*-]?\d* \d+$")  # in the order of a
 
 
 def stage_of(path):
-    if "/load_watch" in path or path.startswith("rt/guard/load_watch") or "stiffness_fit" in path:
+    if "/load_monitor" in path or path.startswith("rt/guard/load_monitor") or "stiffness_fit" in path:
         return "load watch"
     found = re.search(r"(?:^|/)(rt/[a-z]+)/", path)
     stage = SAME.get(found.group(1), found.group(1)) if found else None

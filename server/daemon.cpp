@@ -9,7 +9,7 @@
 #include "server/access/certificate.h"
 #include "server/access/console_registry.h"
 #include "server/access/lab.h"
-#include "server/access/lease_desk.h"
+#include "server/access/lease_manager.h"
 #include "server/access/named_identities.h"
 #include "server/access/role_policy.h"
 #include "server/access/unknown_names.h"
@@ -21,7 +21,7 @@
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
-#include "server/pose/pose_desk.h"
+#include "server/pose/pose_publisher.h"
 #include "server/pose/scene_facts.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
@@ -30,10 +30,10 @@
 #include "server/process/service_manager.h"
 #include "server/process/system_clock.h"
 #include "server/process/version.h"
-#include "server/recording/event_board.h"
+#include "server/recording/event_log.h"
 #include "server/recording/exporter.h"
 #include "server/recording/flight/flight_recorder.h"
-#include "server/recording/guard_watch.h"
+#include "server/recording/guard_monitor.h"
 #include "server/recording/recorder.h"
 #include "server/rig/rig_factory.h"
 #include "server/rig/sensor_bias.h"
@@ -70,7 +70,7 @@ struct Daemon::Parts {
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
         guide(session, scenes, hub, turntable),
         policy(with_lab(config.access, config.certificates)),
-        desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
+        leases(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
         named(policy),
         watchdog(config.watchdog, session),
         recording_sources(sources_of(config, session, scenes)),
@@ -91,7 +91,7 @@ struct Daemon::Parts {
   }
 
   /// Effects of a change of control on the rest.
-  LeaseDesk::Effects effects() {
+  LeaseManager::Effects effects() {
     return {[this](std::uint64_t number) {
               session.engine().set_lease(number);
               return session.last_tick();
@@ -107,7 +107,7 @@ struct Daemon::Parts {
             }};
   }
 
-  pose::PoseDesk::Parts pose_parts() {
+  pose::PosePublisher::Parts pose_parts() {
     const auto scene = [this](std::uint32_t) {
       return pose::facts_of(scenes.current().get(), session.rig_info().device);
     };
@@ -119,7 +119,7 @@ struct Daemon::Parts {
   std::shared_ptr<ModelStore> store;
   Session session;
   TelemetryHub hub;
-  EventBoard events;
+  EventLog events;
   EventNotes notes{session, events};
   SceneHost scenes;
   SensorBiases biases;
@@ -131,16 +131,16 @@ struct Daemon::Parts {
   TurntableHost turntable;
   GuideHost guide;
   RolePolicy policy;
-  LeaseDesk desk;
+  LeaseManager leases;
   ConsoleRegistry consoles;
   NamedIdentities named;
   Watchdog watchdog;
-  GuardWatch guard_watch{hub, events};
+  GuardMonitor guard_monitor{hub, events};
   const RecordingSources recording_sources;
   Recorder recorder;
   FlightRecorder flight;
   const pose::DeviceFrame device_frame;
-  pose::PoseDesk poses{pose_parts()};
+  pose::PosePublisher poses{pose_parts()};
   std::unique_ptr<AuditLog> audit;
   std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
@@ -162,7 +162,7 @@ struct Daemon::Parts {
             .recording_lost_ticks = running ? running->lost_ticks : 0,
             .flight_recorder_on = flight.is_on(),
             .incidents = flight.incidents_written(),
-            .lease_is_held = desk.snapshot().lease.has_value(),
+            .lease_is_held = leases.snapshot().lease.has_value(),
             .parts = session.part_reports()};
   }
 };
@@ -270,13 +270,12 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   parts->audit->show_to([here = parts.get()](const AuditLine& line) { here->notes.note_call(line); });
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network =
-      GrpcServer::start({parts->session,   parts->scenes,   parts->targets,         parts->latch,
-                         parts->hub,       parts->biases,   parts->identifications, parts->calibrations,
-                         parts->turntable, parts->guide,    parts->policy,          parts->desk,
-                         *parts->audit,    parts->watchdog, parts->recorder,        parts->flight,
-                         parts->poses,     parts->consoles, parts->named,           parts->events},
-                        config);
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes,          parts->targets,      parts->latch,     parts->hub,
+       parts->biases,  parts->identifications, parts->calibrations, parts->turntable, parts->guide,
+       parts->policy,  parts->leases,          *parts->audit,       parts->watchdog,  parts->recorder,
+       parts->flight,  parts->poses,           parts->consoles,     parts->named,     parts->events},
+      config);
   if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
   auto stops =
@@ -297,7 +296,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
              ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
   }
   parts->hub.start();
-  parts->guard_watch.start();
+  parts->guard_monitor.start();
   if (parts->marker && parts->marker->found()) {
     parts->session.engine().raise(rt::GuardFault::kUncleanEnd);  // from the first tick on
     log_warning("the last run did not end cleanly (" + parts->marker->path() +
@@ -361,7 +360,7 @@ void Daemon::stop() {
   parts_->session.stop();
   write_zero_in_crash_of(nullptr);
   parts_->turntable.shutdown();
-  parts_->desk.shutdown();
+  parts_->leases.shutdown();
   parts_->events.end();
   parts_->network->set_serving(false);
   parts_->metrics.reset();

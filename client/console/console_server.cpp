@@ -86,7 +86,7 @@ struct ConsoleServer::State {
   explicit State(const Options& given);
   ~State();
   std::shared_ptr<ConsoleShared> share();
-  std::shared_ptr<DaemonWatch> watch_daemon();
+  std::shared_ptr<DaemonMonitor> watch_daemon();
   void accept(Listening& listening);
   void take(Tcp::socket socket, bool is_tls);
   /// Makes room for one more connection; false if that is impossible.
@@ -162,31 +162,31 @@ std::shared_ptr<ConsoleShared> ConsoleServer::State::share() {
                     .sockets = {}});
 }
 
-std::shared_ptr<DaemonWatch> ConsoleServer::State::watch_daemon() {
+std::shared_ptr<DaemonMonitor> ConsoleServer::State::watch_daemon() {
   std::optional<v1::ReportConsoleRequest> report;
   if (!options.is_personal) {
     report.emplace();
     report->set_url(url);
     report->set_tls_url(tls_url);
   }
-  return std::make_shared<DaemonWatch>(
+  return std::make_shared<DaemonMonitor>(
       context.get_executor(),
-      DaemonWatch::Parts{.bridge = stop_bridge,
-                         .report = std::move(report),
-                         .post = shared->post,
-                         .on_loss =
-                             [this] {
-                               spdlog::warn("the daemon at {} does not answer", options.daemon.address);
-                               close_pages();
-                             },
-                         .on_first_answer = [this] { ready(); },
-                         .on_refusal =
-                             [](const std::string& why) {
-                               spdlog::error(
-                                   "the daemon refuses this console: {}; see [console] user in the "
-                                   "daemon's configuration, docs/access.md",
-                                   why);
-                             }});
+      DaemonMonitor::Parts{.bridge = stop_bridge,
+                           .report = std::move(report),
+                           .post = shared->post,
+                           .on_loss =
+                               [this] {
+                                 spdlog::warn("the daemon at {} does not answer", options.daemon.address);
+                                 close_pages();
+                               },
+                           .on_first_answer = [this] { ready(); },
+                           .on_refusal =
+                               [](const std::string& why) {
+                                 spdlog::error(
+                                     "the daemon refuses this console: {}; see [console] user in the "
+                                     "daemon's configuration, docs/access.md",
+                                     why);
+                               }});
 }
 
 void ConsoleServer::State::accept(Listening& from) {

@@ -14,7 +14,7 @@
 #include "client/console/access/request_guard.h"
 #include "client/console/access/request_rate.h"
 #include "client/console/access/sign_in.h"
-#include "client/console/daemon/daemon_watch.h"
+#include "client/console/daemon/daemon_monitor.h"
 #include "client/console/daemon/rpc_bridge.h"
 #include "client/console/daemon/stop.h"
 #include "client/console/daemon/telemetry_feed.h"
@@ -38,7 +38,7 @@ struct ConsoleShared {
   const RequestGuard tls_guard;
   const std::string cookie;  ///< its name: browsers keep one jar for all ports of a host
   std::string own_key;       ///< of a personal console, until it was used; empty: none
-  std::shared_ptr<DaemonWatch> watch;
+  std::shared_ptr<DaemonMonitor> watch;
   std::map<std::string, RequestRate> rates;                   ///< by identity
   std::map<std::string, std::weak_ptr<TelemetryFeed>> feeds;  ///< by identity and certificate
   std::list<std::weak_ptr<SocketSession>> sockets;

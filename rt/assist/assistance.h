@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "hal/samples.h"
-#include "rt/assist/presentation_watch.h"
+#include "rt/assist/presentation_monitor.h"
 #include "rt/assist/tool_fixture.h"
 #include "rt/assist/tool_guide.h"
 #include "rt/assist/tool_speed.h"
@@ -66,7 +66,7 @@ class Assistance {
   hal::Vector3 leaving_n_;  ///< of the fixture of the scene before
   double leaving_share_ = 0.0;
   std::optional<ToolFixture> fixture_;
-  std::optional<PresentationWatch> watch_;
+  std::optional<PresentationMonitor> watch_;
   std::uint32_t presentations_ = 0;
 };
 

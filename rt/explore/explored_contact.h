@@ -5,7 +5,7 @@
 #include "hal/samples.h"
 #include "rt/contact/contact_stage.h"
 #include "rt/contact/path_check.h"
-#include "rt/contact/pull_watch.h"
+#include "rt/contact/pull_monitor.h"
 #include "rt/contribution/contact_state.h"
 #include "rt/deformation/direction.h"
 #include "rt/deformation/displacement.h"
@@ -44,7 +44,7 @@ class ExploredContact {
 
   ContactParameters parameters_;
   ContactStage3 contact_;
-  PullWatch pull_;
+  PullMonitor pull_;
   PathCheck path_check_;
   double path_mm_ = 0.0;  ///< into the object since the onset or the farthest retreat, along the normals
   std::uint32_t regain_ticks_;

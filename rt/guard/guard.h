@@ -7,7 +7,7 @@
 #include "hal/samples.h"
 #include "rt/guard/fault_table.h"
 #include "rt/guard/frozen_reading.h"
-#include "rt/guard/load_watch.h"
+#include "rt/guard/load_monitor.h"
 #include "rt/guard/oscillation_monitor.h"
 #include "rt/guard/push_speed.h"
 #include "rt/record/tick_record.h"
@@ -28,7 +28,7 @@ struct GuardLimits {
   /// What is rendered is a real object's, so there is force only where the sensor bears a load. Follows from
   /// the scene's kind (resolve()); no key sets it.
   bool renders_real_object = false;
-  LoadWatchParameters tool{};  ///< of such a scene
+  LoadMonitorParameters tool{};  ///< of such a scene
 };
 
 /// A sample that came in through the guard; only a guard makes one, and only with one does a force come out
@@ -68,7 +68,7 @@ class [[nodiscard]] Admission {
 ///   a jump is suspected       no more than kFreeAirN, or than there was before. This bound and the one above
 ///                             rise again by kLoadRiseNPerS; within kBackWithinS after a load, when the arm
 ///                             may swing, once the load has been back for kBackS: then it is sure.
-///   the object has been left  none at once: LoadWatch::is_left().
+///   the object has been left  none at once: LoadMonitor::is_left().
 ///   the zero is not proven    none at once. What comes back after this or the row above grows over
 ///                             kProvenRiseS.
 ///   the zero is unsure        what was rendered fades with kUnsureFallS; none comes back until it is sure.
@@ -91,7 +91,7 @@ class Guard {
   static constexpr double kFreeAirN = 0.3;
   /// Time after the last load that was seen at which the bound has come down: what is seen is late by some
   /// milliseconds, and all together takes no more than 20 ms.
-  static constexpr double kFreeAirS = LoadWatch::kFreeAirS;
+  static constexpr double kFreeAirS = LoadMonitor::kFreeAirS;
   static constexpr double kProvenRiseS = 0.05;
   /// Time constant with which force ends while the zero is unsure.
   static constexpr double kUnsureFallS = 0.03;
@@ -136,7 +136,7 @@ class Guard {
   /// Whether the scene has force only where the sensor bears a load.
   bool watches_load() const noexcept { return limits_.renders_real_object; }
   /// What the sensor shows of a load.
-  const LoadWatch& load() const noexcept { return load_; }
+  const LoadMonitor& load() const noexcept { return load_; }
   /// Pipeline and assistance together, as far as free air allows, before the other bounds.
   const hal::Vector3& wanted_n() const noexcept { return wanted_n_; }
   /// What it let through last, rig frame.
@@ -188,7 +188,7 @@ class Guard {
   bool falls_ = false;    ///< held back, but not cut: authority falls over a ramp
   double authority_ = 1.0;
   hal::Vector3 last_force_n_;
-  LoadWatch load_;
+  LoadMonitor load_;
   FrozenReading reading_;
   hal::Vector3 wanted_n_;
   double rendered_n_ = 0.0;    ///< of a pipeline, magnitude in the last tick

@@ -120,7 +120,7 @@ struct TickRecord {
   OnsetInstant contact_onset;         ///< of the present contact, or the last
   // channel::kZero
   SensorZero zero;      ///< subtracted from what the sensor reads, its frame
-  hal::Vector3 jump_n;  ///< that part of it which jumped, or was taken over otherwise (LoadWatch)
+  hal::Vector3 jump_n;  ///< that part of it which jumped, or was taken over otherwise (LoadMonitor)
   std::uint32_t jump_count = 0;  ///< jumps of the reading since the daemon started
   hal::Vector3 last_jump_n;      ///< the last of them, sensor frame
   // channel::kDeformation

@@ -56,8 +56,8 @@ class Pipeline {
   /// Zero of the sensor as it is followed; another pipeline goes on from it.
   virtual FollowedZero zero() const noexcept { return {}; }
   virtual void adopt_zero(const FollowedZero& /*zero*/) noexcept {}
-  /// Distrusts the sensor because its zero is not proven (LoadWatch): no reading counts, contact begins only
-  /// after the tool was seen free again.
+  /// Distrusts the sensor because its zero is not proven (LoadMonitor): no reading counts, contact begins
+  /// only after the tool was seen free again.
   virtual void distrust_sensor() noexcept {}
   /// Takes note that the sensor was biased just now, with the tool held so.
   virtual void biased_at(const hal::Quaternion& /*orientation*/) noexcept {}

@@ -58,7 +58,7 @@ inline PipelineOutput Renderer::evaluate(const hal::RigSample& sample, bool is_e
     pipeline_is_stale_ = false;
   }
   // After a jump the guard waits alone: its size is known, so what the pipeline has of a contact stays true.
-  const LoadWatch& load = guard_.load();
+  const LoadMonitor& load = guard_.load();
   if (guard_.watches_load() && load.is_waiting() && !load.has_jumped()) pipeline_->distrust_sensor();
   if (load.found_count() != found_count_) [[unlikely]] {
     // The guard has just found the whole zero. A part of it may have been followed by the pipeline already.
@@ -95,7 +95,7 @@ inline void Renderer::fill_record(const hal::RigSample& sample, bool is_evaluate
   if (!is_evaluated) return;
   pipeline_->fill_record(record);
   if (!guard_.watches_load()) return;
-  const LoadWatch& load = guard_.load();
+  const LoadMonitor& load = guard_.load();
   record.jump_n = load.jump_n();
   record.jump_count = load.jump_count();
   record.last_jump_n = load.last_jump_n();

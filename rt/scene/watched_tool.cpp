@@ -6,8 +6,8 @@
 
 namespace hapticd::rt {
 
-LoadWatchParameters watched_tool(const SceneSpec& spec, const hal::RigInfo& rig) noexcept {
-  LoadWatchParameters tool;
+LoadMonitorParameters watched_tool(const SceneSpec& spec, const hal::RigInfo& rig) noexcept {
+  LoadMonitorParameters tool;
   const double known_g = rig.sensor.tool_mass_g;
   const double stiffness_n_per_mm = rig.device.structural_stiffness_n_per_mm;
   if (stiffness_n_per_mm > 0.0) tool.compliance_mm_per_n = 1.0 / stiffness_n_per_mm;

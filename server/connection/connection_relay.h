@@ -25,7 +25,7 @@ class RolePolicy;
 
 /// Relay between the clients and gRPC: a thread that passes the bytes of each connection on to one end of a
 /// pair of sockets, of which gRPC serves the other. It ends TLS, finds out who a client is by its
-/// certificate, and counts for each identity what is under way (Http2Watch). A client that goes beyond
+/// certificate, and counts for each identity what is under way (Http2Monitor). A client that goes beyond
 /// AccountLimits loses the connection by which it does; one that is denied gets the answer to one call. So a
 /// client can fill neither the memory nor the places of others:
 ///  - each identity has so many connections, at most half of all. For a new one its oldest connection that

@@ -13,7 +13,7 @@
 
 #include "server/access/identity.h"
 #include "server/connection/account.h"
-#include "server/connection/http2_watch.h"
+#include "server/connection/http2_monitor.h"
 #include "server/connection/tls_server.h"
 
 namespace hapticd::server {
@@ -75,7 +75,7 @@ class RelayedConnection {
   std::unique_ptr<TlsSession> tls;
   std::string name;                  ///< of the inner end
   std::shared_ptr<Account> account;  ///< null before its client is known
-  std::optional<Http2Watch> frames;
+  std::optional<Http2Monitor> frames;
   Outgoing to_service;
   Outgoing to_client;
   std::uint32_t client_events = 0;  ///< that are watched

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "rt/guard/fault_table.h"
-#include "server/diagnosis/force_watch.h"
+#include "server/diagnosis/force_monitor.h"
 #include "server/diagnosis/machine_findings.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
@@ -68,9 +68,9 @@ Findings examine_loop(Session& session) {
 }
 
 /// The records of the loaded scene for half a second from construction on, if it uses the force sensor.
-class SceneWatch {
+class SceneMonitor {
  public:
-  explicit SceneWatch(const Diagnosed& rig) : rig_(rig), scene_(rig.scenes.current()) {
+  explicit SceneMonitor(const Diagnosed& rig) : rig_(rig), scene_(rig.scenes.current()) {
     if (scene_ && (scene_->outline.channels & rt::channel::kZero) == 0) scene_.reset();
     if (!scene_) return;
     SubscriptionOptions all;
@@ -78,18 +78,18 @@ class SceneWatch {
     all.longest_wait = std::chrono::milliseconds(0);
     records_ = rig.hub.subscribe(all);
   }
-  ~SceneWatch() {
+  ~SceneMonitor() {
     if (records_) rig_.hub.unsubscribe(records_);
   }
-  SceneWatch(const SceneWatch&) = delete;
-  SceneWatch& operator=(const SceneWatch&) = delete;
+  SceneMonitor(const SceneMonitor&) = delete;
+  SceneMonitor& operator=(const SceneMonitor&) = delete;
 
   /// Waits for the rest of the half second. Nothing if another scene was loaded meanwhile.
   Findings findings() {
     if (!scene_ || !rig_.session.running()) return {};
     std::this_thread::sleep_until(began_ + kWatched);
     rig_.hub.flush();
-    ForceWatch watch(scene_->spec);
+    ForceMonitor watch(scene_->spec);
     Subscription::Batch batch;
     records_->take(batch, Clock::now());
     for (const Subscription::Entry& entry : batch.entries) watch.add(entry.record());
@@ -181,7 +181,7 @@ Findings diagnose(const Diagnosed& rig, bool probe) {
     findings.insert(findings.end(), std::make_move_iterator(more.begin()),
                     std::make_move_iterator(more.end()));
   };
-  SceneWatch scene(rig);
+  SceneMonitor scene(rig);
   add(examine_loop(session));
   add(examine_guard(rig.hub.latest(), session.part_reports()));
   add(scene.findings());

@@ -131,10 +131,10 @@ struct GrpcServer::State {
         turntable(parts.turntable),
         guide(parts.guide),
         presentation(parts.session),
-        experiment(parts.desk),
+        experiment(parts.leases),
         safety(parts.latch),
         access(parts.policy, parts.consoles),
-        lease(parts.desk),
+        lease(parts.leases),
         watchdog(parts.watchdog),
         clock(parts.session),
         recording(parts.recorder, parts.flight, recording_folder),
@@ -309,7 +309,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
     tls = std::move(*opened);
   }
   state->local_clients.emplace(parts.policy, state->listener->unix_group());
-  state->gate.emplace(AccessGate::Parts{parts.policy, state->connections, parts.desk, parts.audit,
+  state->gate.emplace(AccessGate::Parts{parts.policy, state->connections, parts.leases, parts.audit,
                                         state->quota, parts.session, parts.named});
   state->add_services(parts.latch);
   grpc::EnableDefaultHealthCheckService(true);

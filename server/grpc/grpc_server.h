@@ -11,18 +11,18 @@
 #include "server/connection/stop_sockets.h"
 
 namespace hapticd::pose {
-class PoseDesk;
+class PosePublisher;
 }
 
 namespace hapticd::server {
 
 class AuditLog;
 class ConsoleRegistry;
-class EventBoard;
+class EventLog;
 class FlightRecorder;
 class CalibrationRunner;
 class GuideHost;
-class LeaseDesk;
+class LeaseManager;
 class NamedIdentities;
 class Recorder;
 class RolePolicy;
@@ -52,15 +52,15 @@ class GrpcServer {
     TurntableHost& turntable;
     GuideHost& guide;
     const RolePolicy& policy;
-    LeaseDesk& desk;
+    LeaseManager& leases;
     AuditLog& audit;
     Watchdog& watchdog;
     Recorder& recorder;
     FlightRecorder& flight;
-    pose::PoseDesk& poses;
+    pose::PosePublisher& poses;
     ConsoleRegistry& consoles;
     NamedIdentities& named;
-    EventBoard& events;
+    EventLog& events;
   };
 
   /// Checks: an error when another program listens there already, or the certificates cannot be used; to be

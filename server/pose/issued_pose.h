@@ -24,7 +24,8 @@ struct IssuedPose {
   RigClock clock;
   bool has_daemon_time = false;  ///< false if the rig has its own time
   UtcRelation utc;
-  std::string encoded;  ///< for the network, by the first subscriber that needs it; the desk's thread only
+  std::string
+      encoded;  ///< for the network, by the first subscriber that needs it; the publisher's thread only
 };
 
 }  // namespace hapticd::pose

@@ -51,10 +51,10 @@ Refusal no_such_recording(const std::string& id, const std::vector<std::string>&
            did_you_mean(id, ids, "see hapticctl record list, or hapticctl incident list")}};
 }
 
-Recorder::Recorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
+Recorder::Recorder(TelemetryHub& hub, EventLog& event_log, const RecordingSources& sources,
                    const RecordingConfig& config)
     : hub_(hub),
-      board_(board),
+      event_log_(event_log),
       sources_(sources),
       folder_(config.folder + "/recordings",
               {config.quota_mb, config.when_full, config.keep_free_mb, "[recording] quota_mb"}),
@@ -155,7 +155,7 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
     if (auto why = is_over()) return why;
     return folder_.make_room(id);
   };
-  auto run = RecordingRun::start(hub_, board_, sources_, std::move(options));
+  auto run = RecordingRun::start(hub_, event_log_, sources_, std::move(options));
   if (!run) return run.refusal();
   const std::shared_ptr<RecordingRun> started = std::move(*run);
   replace_current(started);
@@ -187,7 +187,7 @@ std::optional<Refusal> Recorder::annotate(const std::string& text, const std::st
   event.kind = recording::EventKind::kAnnotation;
   event.text = text;
   event.by = by;
-  board_.add(std::move(event));
+  event_log_.add(std::move(event));
   return std::nullopt;
 }
 

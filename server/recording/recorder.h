@@ -8,7 +8,7 @@
 
 #include "hal/lock/callback.h"
 #include "hal/lock/mutex.h"
-#include "server/recording/event_board.h"
+#include "server/recording/event_log.h"
 #include "server/recording/recording_folder.h"
 #include "server/recording/recording_info.h"
 #include "server/recording/recording_run.h"
@@ -34,7 +34,7 @@ class Recorder {
   static constexpr std::size_t kMaxText = 4096;
 
   /// `folder`: empty if nothing can be recorded. All must outlive it.
-  Recorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
+  Recorder(TelemetryHub& hub, EventLog& event_log, const RecordingSources& sources,
            const RecordingConfig& config);
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
@@ -70,7 +70,7 @@ class Recorder {
   void replace_current(std::shared_ptr<RecordingRun> run);
 
   TelemetryHub& hub_;
-  EventBoard& board_;
+  EventLog& event_log_;
   const RecordingSources& sources_;
   const RecordingFolder folder_;
   const bool has_folder_;

@@ -45,7 +45,7 @@ Refusal cannot_record(hal::Error error) {
           is_full ? Reason::kDiskFull : Reason::kOfKind};
 }
 
-Outcome<std::unique_ptr<RecordingRun>> RecordingRun::start(TelemetryHub& hub, EventBoard& board,
+Outcome<std::unique_ptr<RecordingRun>> RecordingRun::start(TelemetryHub& hub, EventLog& event_log,
                                                            const RecordingSources& sources,
                                                            RunOptions options) {
   const ColumnTable table(sources.columns, options.channels);
@@ -54,7 +54,7 @@ Outcome<std::unique_ptr<RecordingRun>> RecordingRun::start(TelemetryHub& hub, Ev
   if (!output) return cannot_record(output.error());
   const std::string path = options.path;
   std::unique_ptr<RecordingRun> run(
-      new RecordingRun(hub, board, sources, std::move(options), std::move(*output)));
+      new RecordingRun(hub, event_log, sources, std::move(options), std::move(*output)));
   if (auto error = run->begin()) {
     run.reset();
     std::error_code ignored;
@@ -64,16 +64,16 @@ Outcome<std::unique_ptr<RecordingRun>> RecordingRun::start(TelemetryHub& hub, Ev
   return run;
 }
 
-RecordingRun::RecordingRun(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
+RecordingRun::RecordingRun(TelemetryHub& hub, EventLog& event_log, const RecordingSources& sources,
                            RunOptions options, RecordingOutput output)
     : hub_(hub),
-      board_(board),
+      event_log_(event_log),
       sources_(sources),
       options_(std::move(options)),
       table_(sources.columns, options_.channels),
       subscription_(hub.subscribe(subscription_options(sources, options_))),
       output_(std::move(output)),
-      event_number_(board.last()) {
+      event_number_(event_log.last()) {
   const ClockReading now = sources_.clocks();
   utc_offset_ns_ = now.utc_ns - now.monotonic_ns;
   report_.bytes = output_.bytes();
@@ -179,7 +179,7 @@ void RecordingRun::add_event(recording::Event event) {
 
 void RecordingRun::take_events() {
   const std::uint64_t missed_before = missed_events_;
-  for (recording::Event& event : board_.after(event_number_, missed_events_)) {
+  for (recording::Event& event : event_log_.after(event_number_, missed_events_)) {
     if (event.kind == recording::EventKind::kScene) scene_changed_ = true;
     add_event(std::move(event));
   }
@@ -264,7 +264,7 @@ void RecordingRun::finish(const std::optional<hal::Error>& error) {
     log_warning("recording '" + options_.id +
                 "' has no end (it is repaired at the next start): " + unfinished->text());
   }
-  if (error) board_.add(event);
+  if (error) event_log_.add(event);
   publish(error, reason);
   const MutexLock lock(mutex_);
   report_.is_running = false;

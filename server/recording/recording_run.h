@@ -10,8 +10,8 @@
 #include "hal/lock/callback.h"
 #include "hal/lock/mutex.h"
 #include "server/recording/column_table.h"
-#include "server/recording/event_board.h"
-#include "server/recording/record_watch.h"
+#include "server/recording/event_log.h"
+#include "server/recording/record_monitor.h"
 #include "server/recording/recording_output.h"
 #include "server/session/outcome.h"
 #include "server/telemetry/telemetry_hub.h"
@@ -52,7 +52,7 @@ class RecordingRun {
   static constexpr std::chrono::milliseconds kSyncTime{1000};
 
   /// Begins one; if it cannot, nothing of it is left.
-  static Outcome<std::unique_ptr<RecordingRun>> start(TelemetryHub& hub, EventBoard& board,
+  static Outcome<std::unique_ptr<RecordingRun>> start(TelemetryHub& hub, EventLog& event_log,
                                                       const RecordingSources& sources, RunOptions options);
   /// Ends it.
   ~RecordingRun();
@@ -67,7 +67,7 @@ class RecordingRun {
 
  private:
   using Clock = std::chrono::steady_clock;
-  RecordingRun(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources, RunOptions options,
+  RecordingRun(TelemetryHub& hub, EventLog& event_log, const RecordingSources& sources, RunOptions options,
                RecordingOutput output);
   /// Starts its threads; an error, and none of them, if the machine gives too few.
   std::optional<hal::Error> begin();
@@ -85,7 +85,7 @@ class RecordingRun {
   void finish(const std::optional<hal::Error>& error);
 
   TelemetryHub& hub_;
-  EventBoard& board_;
+  EventLog& event_log_;
   const RecordingSources& sources_;
   const RunOptions options_;
   const ColumnTable table_;
@@ -93,7 +93,7 @@ class RecordingRun {
 
   // The writing thread's own.
   RecordingOutput output_;
-  RecordWatch watch_;
+  RecordMonitor watch_;
   std::string rows_;
   std::optional<std::uint64_t> last_tick_;
   std::int64_t first_time_ns_ = 0;

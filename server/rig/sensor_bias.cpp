@@ -10,7 +10,7 @@
 #include "proto/text/utc_text.h"
 #include "rt/signal/vector.h"
 #include "server/process/log.h"
-#include "server/rig/stillness_watch.h"
+#include "server/rig/stillness_monitor.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
@@ -96,7 +96,7 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller, bool tool_is_free) 
   // Kept open until a sample with the new zero has arrived.
   const auto sensor = session_.claim_sensor();
   if (!sensor) return Refusal{RefusalKind::kFailedPrecondition, sensor.error()};
-  const StillnessWatch watch(hub_);
+  const StillnessMonitor watch(hub_);
   std::this_thread::sleep_for(kAtRestBefore);
   if (auto moved = watch.disturbance()) return Refusal{RefusalKind::kFailedPrecondition, std::move(*moved)};
   if (!tool_is_free) {

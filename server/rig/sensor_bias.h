@@ -37,7 +37,7 @@ class SensorBiases {
   /// Makes it; each new zero is appended to `file` as a line; empty = none.
   SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file);
 
-  /// Takes the present load as zero. Out of contact, the tool at rest (StillnessWatch), and not while an
+  /// Takes the present load as zero. Out of contact, the tool at rest (StillnessMonitor), and not while an
   /// identification or a motion of the table is under way. Nothing is biased for a caller that has lost its
   /// lease, was cancelled or has no time left. Returns when samples with the new zero arrive. A zero that was
   /// disturbed is reported as an error and is not current(). `tool_is_free`: someone says so, although the

@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/commands/commands.h"
-#include "client/cli/plot/figure.h"
 #include "client/cli/plot/recording_figure.h"
 #include "client/cli/plot/recording_table.h"
+#include "client/cli/plot/svg_file.h"
 #include "client/cli/session/print.h"
 
 namespace hapticd::cli {

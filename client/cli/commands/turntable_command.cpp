@@ -19,9 +19,9 @@ namespace {
 constexpr std::chrono::milliseconds kWait{50};
 
 /// Follows a motion to its end; Ctrl-C stops the table and waits until it is at rest.
-class MotionWatch {
+class MotionFollower {
  public:
-  explicit MotionWatch(Session& session)
+  explicit MotionFollower(Session& session)
       : session_(session), client_(session.connect()), live_(Terminal::detect().live && !session.json) {
     catch_interrupts();
   }
@@ -93,12 +93,12 @@ void add_motions(CLI::App& turntable, Session& session) {
   CLI::App* home = turntable.add_subcommand("home", "Finds the table's zero");
   home->footer(std::string(kEnds) + "Example:\n  hapticctl turntable home");
   home->callback([&session] {
-    MotionWatch(session).follow([](client::Client& client) { return client.home_turntable(); });
+    MotionFollower(session).follow([](client::Client& client) { return client.home_turntable(); });
   });
 
   const auto move_on = [&session](const std::shared_ptr<v1::MoveToRequest>& request) {
     return [&session, request] {
-      MotionWatch(session).follow([&](client::Client& client) { return client.move_turntable(*request); });
+      MotionFollower(session).follow([&](client::Client& client) { return client.move_turntable(*request); });
     };
   };
   const auto to_station = std::make_shared<v1::MoveToRequest>();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "client/cli/demo/demo_view.h"
+#include "client/cli/plot/svg_file.h"
 #include "client/cli/session/follow.h"
 #include "client/cli/session/interrupt.h"
 #include "client/cli/session/print.h"

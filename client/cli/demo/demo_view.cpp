@@ -98,8 +98,8 @@ std::vector<std::string> demo_frame(const std::vector<DemoPress>& presses, const
 Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& title) {
   const Extent largest = extent(presses);
   FigurePanel curves{.title = "Felt by the hand",
-                     .x_label = "displacement of the tip / mm",
-                     .y_label = "force of the hand / N",
+                     .x = {"displacement of the tip", "mm"},
+                     .y = {"force of the hand", "N"},
                      .left = 0.0,
                      .bottom = 0.0,
                      .width = 0.62,
@@ -107,17 +107,23 @@ Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& tit
                      .legend = FigurePanel::Legend::kBelow,
                      .from_zero = true};
   FigurePanel results{.title = "Settled",
-                      .x_label = "target / (N/mm)",
-                      .y_label = "rendered at the hand / (N/mm)",
+                      .x = {"target", "N/mm"},
+                      .y = {"rendered at the hand", "N/mm"},
                       .left = 0.62,
                       .bottom = 0.0,
                       .width = 0.38,
                       .height = 0.94,
                       .from_zero = true};
   // Without a word the fall on release would be taken for a fault of the control.
-  FigureSeries released{
-      .name = "the tip comes free", .color = "#333333", .stroke = FigureSeries::Stroke::kOpenSquares};
-  FigureSeries rendered{.name = "rendered", .color = "#d55e00", .stroke = FigureSeries::Stroke::kPoints};
+  FigureSeries released{.name = "the tip comes free",
+                        .color = "#333333",
+                        .line = FigureSeries::Line::kNone,
+                        .mark = FigureSeries::Mark::kOpenSquare,
+                        .mark_size = 1.6};
+  FigureSeries rendered{.name = "rendered",
+                        .color = "#d55e00",
+                        .line = FigureSeries::Line::kNone,
+                        .mark = FigureSeries::Mark::kDisc};
   double highest = 0.0;
   std::size_t index = 0;
   for (const auto& press : presses) {
@@ -127,19 +133,19 @@ Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& tit
     }
     if (!press.target_n_per_mm) {
       curves.series.push_back({fmt::format("as it is: {:.3f} N/mm", press.hold->stiffness_n_per_mm()),
-                               "#888888", FigureSeries::Stroke::kLine,
+                               "#888888", FigureSeries::Line::kSolid,
                                curve(press.trace, Part::kPress, kFigurePoints)});
       continue;
     }
     const std::string color = palette(index++);
     curves.series.push_back({fmt::format("{:g} N/mm: {:.3f} ({:+.1f} %)", *press.target_n_per_mm,
                                          press.hold->stiffness_n_per_mm(), 100.0 * *press.error()),
-                             color, FigureSeries::Stroke::kLine,
+                             color, FigureSeries::Line::kSolid,
                              curve(press.trace, Part::kPress, kFigurePoints)});
     curves.series.push_back(
         {"",
          color,
-         FigureSeries::Stroke::kDashed,
+         FigureSeries::Line::kDashed,
          {{0.0, 0.0}, target_end(*press.target_n_per_mm, largest.force_n, largest.displacement_mm)}});
     rendered.points.push_back({*press.target_n_per_mm, press.hold->stiffness_n_per_mm()});
     highest = std::max(highest, 1.1 * *press.target_n_per_mm);
@@ -147,16 +153,16 @@ Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& tit
   for (std::size_t i = 0, color = 0; i < presses.size(); ++i) {
     if (!presses[i].hold) continue;
     curves.series.push_back({"", presses[i].target_n_per_mm ? palette(color++) : "#888888",
-                             FigureSeries::Stroke::kDots,
+                             FigureSeries::Line::kDots,
                              curve(presses[i].trace, Part::kAfterRelease, kFigurePoints)});
   }
-  curves.series.push_back({"as asked", "#555555", FigureSeries::Stroke::kDashed, {{0.0, 0.0}, {0.0, 0.0}}});
+  curves.series.push_back({"as asked", "#555555", FigureSeries::Line::kDashed, {{0.0, 0.0}, {0.0, 0.0}}});
   curves.series.push_back(std::move(released));
   results.series.push_back(
-      {"as asked", "#555555", FigureSeries::Stroke::kDashed, {{0.0, 0.0}, {highest, highest}}});
+      {"as asked", "#555555", FigureSeries::Line::kDashed, {{0.0, 0.0}, {highest, highest}}});
   results.series.push_back({"±5 %",
                             "#aaaaaa",
-                            FigureSeries::Stroke::kThinLine,
+                            FigureSeries::Line::kThin,
                             {{0.0, 0.0},
                              {highest, highest * (1.0 + kErrorBand)},
                              kBreak,

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "client/cli/demo/demo_press.h"
-#include "client/cli/plot/figure.h"
-#include "client/cli/session/terminal.h"
+#include "client/cli/figure/figure.h"
+#include "client/cli/terminal/terminal.h"
 
 namespace hapticd::cli {
 

@@ -5,7 +5,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/identify/identify_session.h"
 #include "client/cli/identify/identify_task.h"
-#include "client/cli/plot/figure.h"
+#include "client/cli/plot/svg_file.h"
 
 namespace hapticd::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "hapticd/v1/identification.pb.h"
 
 namespace hapticd::cli {

@@ -13,18 +13,23 @@
 namespace hapticd::cli {
 namespace {
 
-using Stroke = FigureSeries::Stroke;
+using CurveLine = FigureSeries::Line;
+using CurveMark = FigureSeries::Mark;
 
 constexpr std::size_t kMaxCells = 40;  // in a row or a column
 constexpr int kMaxMaps = 2;
 
 FigurePanel fit_panel(const v1::IdentificationProgress& progress) {
-  FigureSeries measured{.name = "measured", .color = "#0072b2", .stroke = Stroke::kPoints};
-  FigureSeries model{.name = "model", .color = "#d55e00", .stroke = Stroke::kLine};
+  FigureSeries measured{
+      .name = "measured", .color = "#0072b2", .line = CurveLine::kNone, .mark = CurveMark::kDisc};
+  FigureSeries model{.name = "model", .color = "#d55e00"};
   const bool ordered =
       std::is_sorted(progress.fit().begin(), progress.fit().end(),
                      [](const v1::FitPoint& a, const v1::FitPoint& b) { return a.x() < b.x(); });
-  if (!ordered) model.stroke = Stroke::kPoints;
+  if (!ordered) {
+    model.line = CurveLine::kNone;
+    model.mark = CurveMark::kDisc;
+  }
   for (const auto& point : progress.fit()) {
     measured.points.push_back({point.x(), point.measured()});
     model.points.push_back({point.x(), point.model()});
@@ -32,8 +37,8 @@ FigurePanel fit_panel(const v1::IdentificationProgress& progress) {
   return {.title = progress.has_residual()
                        ? fmt::format("Fit, residual {:.2g} %", 100.0 * progress.residual())
                        : std::string("Fit"),
-          .x_label = plot_label(progress.fit_x()),
-          .y_label = plot_label(progress.fit_y()),
+          .x = {plot_label(progress.fit_x())},
+          .y = {plot_label(progress.fit_y())},
           .left = 0.0,
           .bottom = 0.0,
           .width = 0.55,
@@ -49,10 +54,14 @@ FigurePanel coverage_panel(const v1::CoverageMap& map, const CoverageGrid& grid)
   const double y_from = plane ? map.y().from() : 0.0;
   const double y_to = plane ? map.y().to() : 1.0;
   const double y_step = (y_to - y_from) / static_cast<double>(grid.rows);
-  FigureSeries extra{.name = "not required", .color = "#bbbbbb", .stroke = Stroke::kSquares};
-  FigureSeries enough{.name = "enough", .color = "#009e73", .stroke = Stroke::kSquares};
-  FigureSeries few{.name = "too few", .color = "#e69f00", .stroke = Stroke::kSquares};
-  FigureSeries missing{.name = "missing", .color = "#d55e00", .stroke = Stroke::kOpenSquares};
+  const auto squares = [](const char* name, const char* color, CurveMark mark = CurveMark::kSquare) {
+    return FigureSeries{
+        .name = name, .color = color, .line = CurveLine::kNone, .mark = mark, .mark_size = 1.6};
+  };
+  FigureSeries extra = squares("not required", "#bbbbbb");
+  FigureSeries enough = squares("enough", "#009e73");
+  FigureSeries few = squares("too few", "#e69f00");
+  FigureSeries missing = squares("missing", "#d55e00", CurveMark::kOpenSquare);
   for (std::size_t row = 0; row < grid.rows; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {
       const Point middle{map.x().from() + x_step * (static_cast<double>(column) + 0.5),
@@ -76,7 +85,7 @@ FigurePanel coverage_panel(const v1::CoverageMap& map, const CoverageGrid& grid)
     }
   }
   FigureSeries frame{.color = "#dddddd",
-                     .stroke = Stroke::kThinLine,
+                     .line = CurveLine::kThin,
                      .points = {{map.x().from(), y_from},
                                 {map.x().to(), y_from},
                                 {map.x().to(), y_to},
@@ -84,8 +93,8 @@ FigurePanel coverage_panel(const v1::CoverageMap& map, const CoverageGrid& grid)
                                 {map.x().from(), y_from}}};
   return {
       .title = fmt::format("Covered {:.0f} %", std::floor(100.0 * map.share() + 1e-9)),
-      .x_label = axis_label(map.x()),
-      .y_label = plane ? axis_label(map.y()) : "",
+      .x = {axis_label(map.x())},
+      .y = {plane ? axis_label(map.y()) : ""},
       .legend = FigurePanel::Legend::kAbove,
       .series = {std::move(frame), std::move(extra), std::move(enough), std::move(few), std::move(missing)}};
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "client/cli/plot/figure.h"
+#include "client/cli/figure/figure.h"
 #include "hapticd/v1/identification.pb.h"
 
 namespace hapticd::cli {

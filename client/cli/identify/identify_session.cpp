@@ -8,6 +8,7 @@
 #include "client/cli/identify/identify_figure.h"
 #include "client/cli/identify/identify_upload.h"
 #include "client/cli/identify/identify_view.h"
+#include "client/cli/plot/svg_file.h"
 #include "client/cli/session/interrupt.h"
 #include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"

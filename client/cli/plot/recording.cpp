@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "client/cli/session/session.h"
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "client/cli/text/names.h"
 
 namespace hapticd::cli {

@@ -67,9 +67,9 @@ std::vector<Point> points(const std::vector<double>& x, const std::vector<double
 }
 
 void add_trace(FigurePanel& panel, const CsvTable& table, const std::vector<double>& x, const Trace& trace,
-               FigureSeries::Stroke stroke) {
+               FigureSeries::Line line) {
   if (!table.has(trace.column)) return;
-  FigureSeries series{trace.name, trace.color, stroke, points(x, table.column(trace.column), trace.sign)};
+  FigureSeries series{trace.name, trace.color, line, points(x, table.column(trace.column), trace.sign)};
   if (!series.points.empty()) panel.series.push_back(std::move(series));
 }
 
@@ -129,8 +129,8 @@ FigurePanel curve_panel(const CsvTable& table) {
   const std::vector<double> displacement = where(
       table, table.has("contact_in_contact") ? "contact_in_contact" : "truth_in_contact", table.column(over));
   FigurePanel curve{.title = "Force over displacement, while touching",
-                    .x_label = "displacement / mm",
-                    .y_label = "force / N",
+                    .x = {"displacement", "mm"},
+                    .y = {"force", "N"},
                     .left = 0.0,
                     .bottom = 0.0,
                     .width = 0.5,
@@ -141,7 +141,7 @@ FigurePanel curve_panel(const CsvTable& table) {
     add_trace(
         curve, table,
         over_truth ? where(table, "truth_in_contact", table.column("truth_displacement_mm")) : displacement,
-        trace, FigureSeries::Stroke::kLine);
+        trace, FigureSeries::Line::kSolid);
   }
   return curve;
 }
@@ -151,7 +151,8 @@ FigurePanel curve_panel(const CsvTable& table) {
 Figure recording_figure(const CsvTable& table) {
   std::vector<double> time_s = table.column("time_s");
   for (double& t : time_s) t -= table.column("time_s").front();
-  const Range all_of_it{0.0, std::max(time_s.back(), 1e-3)};
+  const double end_s = std::max(time_s.back(), 1e-3);
+  const FigureAxis unnamed_time{.minimum = 0.0, .maximum = end_s};
 
   const bool has_displacement =
       table.has("deformation_displacement_mm") || table.has("truth_displacement_mm");
@@ -161,39 +162,36 @@ Figure recording_figure(const CsvTable& table) {
   const double left = touched ? 0.5 : 0.0;
   const double width = 1.0 - left;
   FigurePanel forces{.title = touched ? "Over time (forces in the colours of the left)" : "",
-                     .x_label = "",
-                     .y_label = "force / N",
+                     .x = unnamed_time,
+                     .y = {"force", "N"},
                      .left = left,
                      .bottom = 0.64,
                      .width = width,
                      .height = 0.31,
-                     .legend = touched ? FigurePanel::Legend::kUpperLeft : FigurePanel::Legend::kAbove,
-                     .x_range = all_of_it};
+                     .legend = touched ? FigurePanel::Legend::kUpperLeft : FigurePanel::Legend::kAbove};
   for (Trace trace : kForceTraces) {
     if (touched) trace.name = "";
-    add_trace(forces, table, time_s, trace, FigureSeries::Stroke::kThinLine);
+    add_trace(forces, table, time_s, trace, FigureSeries::Line::kThin);
   }
   FigurePanel depth{.title = "",
-                    .x_label = "",
-                    .y_label = "displacement / mm",
+                    .x = unnamed_time,
+                    .y = {"displacement", "mm"},
                     .left = left,
                     .bottom = 0.34,
                     .width = width,
                     .height = 0.31,
-                    .legend = FigurePanel::Legend::kAbove,
-                    .x_range = all_of_it};
+                    .legend = FigurePanel::Legend::kAbove};
   for (const Trace& trace : kDisplacementTraces)
-    add_trace(depth, table, time_s, trace, FigureSeries::Stroke::kThinLine);
+    add_trace(depth, table, time_s, trace, FigureSeries::Line::kThin);
   FigurePanel target{.title = "",
-                     .x_label = "time / s",
-                     .y_label = "stiffness / (N/mm)",
+                     .x = {.label = "time", .unit = "s", .minimum = 0.0, .maximum = end_s},
+                     .y = {"stiffness", "N/mm"},
                      .left = left,
                      .bottom = 0.0,
                      .width = width,
                      .height = 0.35,
-                     .legend = FigurePanel::Legend::kAbove,
-                     .x_range = all_of_it};
-  add_trace(target, table, time_s, kTarget, FigureSeries::Stroke::kLine);
+                     .legend = FigurePanel::Legend::kAbove};
+  add_trace(target, table, time_s, kTarget, FigureSeries::Line::kSolid);
 
   Figure figure{.title = std::filesystem::path(table.path()).filename().string(),
                 .width_px = 1200,

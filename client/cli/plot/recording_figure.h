@@ -1,7 +1,7 @@
 #pragma once
 
+#include "client/cli/figure/figure.h"
 #include "client/cli/plot/csv_table.h"
-#include "client/cli/plot/figure.h"
 
 namespace hapticd::cli {
 

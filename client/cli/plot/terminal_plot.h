@@ -1,22 +1,13 @@
 #pragma once
 
-#include <limits>
 #include <string>
 #include <vector>
 
-#include "client/cli/plot/axis.h"
-#include "client/cli/session/terminal.h"
+#include "client/cli/figure/axis.h"
+#include "client/cli/figure/point.h"
+#include "client/cli/terminal/terminal.h"
 
 namespace hapticd::cli {
-
-struct Point {
-  double x = 0.0;
-  double y = 0.0;
-};
-
-/// Break between points: interrupts a series.
-inline constexpr Point kBreak{std::numeric_limits<double>::quiet_NaN(),
-                              std::numeric_limits<double>::quiet_NaN()};
 
 /// One curve of a plot on the terminal.
 struct TerminalSeries {

@@ -7,7 +7,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/plot/csv_table.h"
-#include "client/cli/plot/figure.h"
+#include "client/cli/plot/svg_file.h"
 #include "client/cli/plot/temporary_csv.h"
 #include "client/cli/record/download.h"
 #include "client/cli/record/incident_figure.h"

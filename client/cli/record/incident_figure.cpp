@@ -60,22 +60,23 @@ void mark_cause(FigurePanel& panel) {
     }
   }
   if (high - low < 1e-9) high = low + 1.0;
-  panel.series.push_back({"", "#d55e00", FigureSeries::Stroke::kDashed, {{0.0, low}, {0.0, high}}});
+  panel.series.push_back({"", "#d55e00", FigureSeries::Line::kDashed, {{0.0, low}, {0.0, high}}});
 }
 
 template <std::size_t N>
-FigurePanel panel_of(const CsvTable& table, const std::vector<double>& time_ms, const char* y_label,
+FigurePanel panel_of(const CsvTable& table, const std::vector<double>& time_ms, FigureAxis y,
                      const IncidentTrace (&traces)[N]) {
-  FigurePanel panel{.y_label = y_label, .legend = FigurePanel::Legend::kAbove};
+  FigurePanel panel{.y = std::move(y), .legend = FigurePanel::Legend::kAbove};
   std::size_t color = 0;
   for (const IncidentTrace& trace : traces) {
     const std::size_t own_color = color++;
     if (!table.has(trace.column)) continue;
     auto points = points_of(time_ms, table.column(trace.column), trace);
     if (points.empty()) continue;
-    panel.series.push_back({trace.name, palette(own_color), FigureSeries::Stroke::kLine, std::move(points)});
+    panel.series.push_back({trace.name, palette(own_color), FigureSeries::Line::kSolid, std::move(points)});
   }
-  panel.x_range = Range{time_ms.front(), std::max(time_ms.back(), time_ms.front() + 1e-3)};
+  panel.x.minimum = time_ms.front();
+  panel.x.maximum = std::max(time_ms.back(), time_ms.front() + 1e-3);
   return panel;
 }
 
@@ -86,10 +87,10 @@ Figure incident_figure(const CsvTable& table, const std::string& title, const st
   std::vector<double> time_ms = table.column("time_s");
   for (double& time : time_ms) time = kMsPerS * (time - cause_s);
   Figure figure{.title = title, .width_px = 1100, .height_px = 900, .notes = {cause + " (at 0 ms, dashed)"}};
-  FigurePanel panels[] = {panel_of(table, time_ms, "force / N", kForces),
-                          panel_of(table, time_ms, "to the device / N", kDeviceForces),
-                          panel_of(table, time_ms, "tip / mm", kTip),
-                          panel_of(table, time_ms, "time / ms", kTimes)};
+  FigurePanel panels[] = {panel_of(table, time_ms, {"force", "N"}, kForces),
+                          panel_of(table, time_ms, {"to the device", "N"}, kDeviceForces),
+                          panel_of(table, time_ms, {"tip", "mm"}, kTip),
+                          panel_of(table, time_ms, {"time", "ms"}, kTimes)};
   std::vector<FigurePanel> filled;
   for (FigurePanel& panel : panels) {
     if (!panel.series.empty()) filled.push_back(std::move(panel));
@@ -101,7 +102,10 @@ Figure incident_figure(const CsvTable& table, const std::string& title, const st
   for (std::size_t i = 0; i < filled.size(); ++i) {
     filled[i].bottom = 0.95 - static_cast<double>(i + 1) * height;
     filled[i].height = height;
-    if (i + 1 == filled.size()) filled[i].x_label = "time after the cause / ms";
+    if (i + 1 == filled.size()) {
+      filled[i].x.label = "time after the cause";
+      filled[i].x.unit = "ms";
+    }
     mark_cause(filled[i]);
     figure.panels.push_back(std::move(filled[i]));
   }

@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "client/cli/figure/figure.h"
 #include "client/cli/plot/csv_table.h"
-#include "client/cli/plot/figure.h"
 
 namespace hapticd::cli {
 

@@ -8,7 +8,7 @@
 #include "client/cli/record/recording_view.h"
 #include "client/cli/session/print.h"
 #include "client/cli/session/replaced_file.h"
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "client/cli/text/message_json.h"
 
 namespace hapticd::cli {

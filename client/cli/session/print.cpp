@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <iostream>
 
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "proto/text/utf8_text.h"
 
 namespace hapticd::cli {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "client/cli/session/exit_code.h"
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "client/cpp/client.h"
 
 namespace hapticd::cli {

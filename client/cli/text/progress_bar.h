@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 
 namespace hapticd::cli {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/rig.pb.h"
 

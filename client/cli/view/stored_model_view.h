@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "hapticd/v1/model.pb.h"
 
 namespace hapticd::cli {

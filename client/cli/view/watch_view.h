@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/session/terminal.h"
+#include "client/cli/terminal/terminal.h"
 #include "client/cpp/stream_account.h"
 #include "hapticd/v1/telemetry.pb.h"
 

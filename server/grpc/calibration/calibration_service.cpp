@@ -5,7 +5,7 @@
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/calls/progress_stream.h"
-#include "server/grpc/calls/silence_watch.h"
+#include "server/grpc/calls/silence_monitor.h"
 #include "server/grpc/messages/status.h"
 
 namespace hapticd::server {
@@ -30,7 +30,7 @@ grpc::Status CalibrationService::PushReferencePoses(grpc::ServerContext* context
                                                     v1::PushReferencePosesResponse* response) {
   const CountedCall counted(pushers_, kMaxPushers);
   if (!counted.admitted()) return counted.refusal("streams of poses", "PushReferencePoses");
-  SilenceWatch watch(kMaxPause, [context] { context->TryCancel(); });
+  SilenceMonitor watch(kMaxPause, [context] { context->TryCancel(); });
   v1::PushReferencePosesRequest piece;
   std::uint64_t poses = 0;
   std::uint64_t rig_poses = 0;

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "server/access/lease_desk.h"
+#include "server/access/lease_manager.h"
 #include "server/grpc/calls/served_call.h"
 #include "server/process/log.h"
 
@@ -21,7 +21,7 @@ Caller caller_of(const grpc::ServerContextBase& context) {
   if (const ServedCall* call = served_call()) {
     caller.lease = call->lease;
     if (call->by_holder) {
-      caller.lost = [desk = call->desk, number = call->lease] { return desk->lost(number); };
+      caller.lost = [leases = call->leases, number = call->lease] { return leases->lost(number); };
     }
   }
   return caller;

@@ -15,7 +15,7 @@
 namespace hapticd::server {
 
 class AuditLog;
-class LeaseDesk;
+class LeaseManager;
 class Session;
 
 /// A call that was let in: by whom, and under which state of control.
@@ -25,7 +25,7 @@ struct ServedCall {
   const AccessRow* row = nullptr;
   std::uint64_t lease = 0;  ///< number of the state of control; 0 if the call needs no lease
   bool by_holder = false;
-  const LeaseDesk* desk = nullptr;
+  const LeaseManager* leases = nullptr;
   const Session* session = nullptr;
   AuditLog* audit = nullptr;
   std::shared_ptr<const void> place;  ///< of CallQuota; a stream keeps it to its end

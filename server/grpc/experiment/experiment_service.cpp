@@ -1,6 +1,6 @@
 #include "server/grpc/experiment/experiment_service.h"
 
-#include "server/access/lease_desk.h"
+#include "server/access/lease_manager.h"
 #include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/status.h"
 
@@ -25,7 +25,7 @@ grpc::Status ExperimentService::ReportExperiment(grpc::ServerContext*, const v1:
           std::to_string(kMaxBytes) + " bytes", "shorten its texts"}});
   }
   const ServedCall& call = *served_call();
-  const auto admitted = desk_.admit(call.who, call.token, LeaseRule::kRequired);
+  const auto admitted = leases_.admit(call.who, call.token, LeaseRule::kRequired);
   if (!admitted) return to_status(admitted.refusal());
   const MutexLock lock(mutex_);
   last_ = Report{*request, call.who.name, Clock::now()};

@@ -9,7 +9,7 @@
 
 namespace hapticd::server {
 
-class LeaseDesk;
+class LeaseManager;
 
 /// Keeps what the program that runs an experiment last reported of its session.
 class ExperimentService final : public v1::ExperimentService::Service {
@@ -17,7 +17,7 @@ class ExperimentService final : public v1::ExperimentService::Service {
   /// A program that was not heard of for so long does not run any more.
   static constexpr std::chrono::seconds kSilence{5};
 
-  explicit ExperimentService(LeaseDesk& desk) : desk_(desk) {}
+  explicit ExperimentService(LeaseManager& leases) : leases_(leases) {}
 
   grpc::Status ReportExperiment(grpc::ServerContext* context, const v1::ExperimentProgress* request,
                                 v1::ReportExperimentResponse* response) override;
@@ -32,7 +32,7 @@ class ExperimentService final : public v1::ExperimentService::Service {
     Clock::time_point time;
   };
 
-  LeaseDesk& desk_;
+  LeaseManager& leases_;
   Mutex mutex_;
   std::optional<Report> last_ GUARDED_BY(mutex_);
 };

@@ -7,7 +7,7 @@
 
 #include "server/access/audit_log.h"
 #include "server/access/call_quota.h"
-#include "server/access/lease_desk.h"
+#include "server/access/lease_manager.h"
 #include "server/access/named_identities.h"
 #include "server/connection/connection_table.h"
 
@@ -38,8 +38,9 @@ Refusal denied(const Identity& who) {
 
 /// Holder for a call: the person who sees to the cause of a stop clears it, also next to a program of theirs
 /// that holds the lease.
-LeaseDesk::Holder holder_for(const AccessRow& row) {
-  return row.method == "SafetyService/Clear" ? LeaseDesk::Holder::kIdentity : LeaseDesk::Holder::kProgram;
+LeaseManager::Holder holder_for(const AccessRow& row) {
+  return row.method == "SafetyService/Clear" ? LeaseManager::Holder::kIdentity
+                                             : LeaseManager::Holder::kProgram;
 }
 
 bool may(const Identity& who, const AccessRow& row) {
@@ -106,7 +107,7 @@ std::optional<Refusal> AccessGate::admit(const AccessRow* row, const grpc::Serve
   call.who = identify(context);
   call.token = metadata_of(context, kTokenKey);
   call.row = row;
-  call.desk = &parts_.desk;
+  call.leases = &parts_.leases;
   call.session = &parts_.session;
   call.audit = &parts_.audit;
   if (auto refusal = take_name(row, context, call.who)) return refusal;
@@ -123,11 +124,11 @@ std::optional<Refusal> AccessGate::admit(const AccessRow* row, const grpc::Serve
   }
   if (!row->needs_lease) {
     // What any identity may do asks for no lease: it must not wait for one who changes it.
-    if (row->role != Role::kNone && !call.token.empty()) parts_.desk.note_use(call.who, call.token);
+    if (row->role != Role::kNone && !call.token.empty()) parts_.leases.note_use(call.who, call.token);
     return std::nullopt;
   }
   const auto admitted =
-      parts_.desk.admit(call.who, call.token, parts_.policy.lease_rule(call.who), holder_for(*row));
+      parts_.leases.admit(call.who, call.token, parts_.policy.lease_rule(call.who), holder_for(*row));
   if (!admitted) return admitted.refusal();
   call.lease = admitted->number;
   call.by_holder = admitted->by_holder;

@@ -18,7 +18,7 @@ namespace hapticd::server {
 class AuditLog;
 class CallQuota;
 class ConnectionTable;
-class LeaseDesk;
+class LeaseManager;
 class NamedIdentities;
 class Session;
 
@@ -29,7 +29,7 @@ class AccessGate {
   struct Parts {
     const RolePolicy& policy;
     const ConnectionTable& connections;
-    LeaseDesk& desk;
+    LeaseManager& leases;
     AuditLog& audit;
     CallQuota& quota;
     const Session& session;

@@ -9,7 +9,7 @@
 #include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/status.h"
 #include "server/grpc/pose/pose_messages.h"
-#include "server/pose/pose_desk.h"
+#include "server/pose/pose_publisher.h"
 #include "server/process/system_clock.h"
 
 namespace hapticd::server {
@@ -24,16 +24,18 @@ class RefusedPoses final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 };
 
 /// Writes one pose at a time. While one is on its way the newest that is offered waits; each that comes after
-/// it takes its place and is counted. Keeps itself alive until gRPC is done with it; the desk only knows it
-/// weakly.
+/// it takes its place and is counted. Keeps itself alive until gRPC is done with it; the publisher only knows
+/// it weakly.
 class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
                          public pose::PoseReceiver,
                          public std::enable_shared_from_this<PoseStream> {
  public:
-  static grpc::ServerWriteReactor<grpc::ByteBuffer>* open(pose::PoseDesk& desk, const WantedPoses& wanted) {
+  static grpc::ServerWriteReactor<grpc::ByteBuffer>* open(pose::PosePublisher& publisher,
+                                                          const WantedPoses& wanted) {
     const auto stream = std::make_shared<PoseStream>();
     if (const ServedCall* call = served_call()) stream->place_ = call->place;
-    if (const auto why = desk.subscribe(wanted.pose, wanted.rate_hz, stream)) return new RefusedPoses(*why);
+    if (const auto why = publisher.subscribe(wanted.pose, wanted.rate_hz, stream))
+      return new RefusedPoses(*why);
     stream->self_ = stream;
     // Before any write: a buffered first write without it would wait without end.
     stream->StartSendInitialMetadata();
@@ -73,7 +75,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   }
 
   void OnDone() override {
-    self_.reset();  // the last owner, unless the desk is calling at this moment
+    self_.reset();  // the last owner, unless the publisher is calling at this moment
   }
 
  private:
@@ -106,7 +108,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::shared_ptr<const void> place_;  ///< among the calls of its identity
   std::shared_ptr<PoseStream> self_;
 
-  Mutex mutex_;  ///< between the desk's thread and gRPC's; never of another stream
+  Mutex mutex_;  ///< between the publisher's thread and gRPC's; never of another stream
   grpc::ByteBuffer message_ GUARDED_BY(mutex_);
   std::optional<std::string> waiting_ GUARDED_BY(mutex_);  ///< the newest, while another is written
   std::optional<grpc::Status> ending_ GUARDED_BY(mutex_);  ///< when the present write is done
@@ -131,7 +133,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* PoseService::Subscribe(grpc::Callbac
   }
   const auto wanted = read_request(message);
   if (!wanted) return new RefusedPoses(wanted.refusal());
-  return PoseStream::open(desk_, *wanted);
+  return PoseStream::open(publisher_, *wanted);
 }
 
 }  // namespace hapticd::server

@@ -3,7 +3,7 @@
 #include "hapticd/v1/pose.grpc.pb.h"
 
 namespace hapticd::pose {
-class PoseDesk;
+class PosePublisher;
 }
 
 namespace hapticd::server {
@@ -12,13 +12,13 @@ namespace hapticd::server {
 /// pose for several subscribers is encoded once.
 class PoseService final : public v1::PoseService::WithRawCallbackMethod_Subscribe<v1::PoseService::Service> {
  public:
-  explicit PoseService(pose::PoseDesk& desk) : desk_(desk) {}
+  explicit PoseService(pose::PosePublisher& publisher) : publisher_(publisher) {}
 
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Subscribe(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request) override;
 
  private:
-  pose::PoseDesk& desk_;
+  pose::PosePublisher& publisher_;
 };
 
 }  // namespace hapticd::server

@@ -16,7 +16,7 @@ void EventNotes::note(recording::EventKind kind, std::string text, const std::st
   event.kind = kind;
   event.text = std::move(text);
   event.by = by;
-  board_.add(std::move(event));
+  event_log_.add(std::move(event));
 }
 
 void EventNotes::note_call(const AuditLine& line) {

@@ -4,15 +4,15 @@
 #include <string>
 
 #include "server/access/audit_log.h"
-#include "server/recording/event_board.h"
+#include "server/recording/event_log.h"
 #include "server/session/session.h"
 
 namespace hapticd::server {
 
-/// Writes what happens outside the loop to the board, with the present instant and tick. For any thread.
+/// Writes what happens outside the loop to the event log, with the present instant and tick. For any thread.
 class EventNotes {
  public:
-  EventNotes(Session& session, EventBoard& board) : session_(session), board_(board) {}
+  EventNotes(Session& session, EventLog& event_log) : session_(session), event_log_(event_log) {}
 
   void note(recording::EventKind kind, std::string text, const std::string& by = {});
   /// Notes a command of a client that was granted, as the audit log has it.
@@ -24,7 +24,7 @@ class EventNotes {
 
  private:
   Session& session_;
-  EventBoard& board_;
+  EventLog& event_log_;
 };
 
 }  // namespace hapticd::server

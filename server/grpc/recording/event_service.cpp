@@ -7,7 +7,7 @@
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/messages/status.h"
-#include "server/recording/event_board.h"
+#include "server/recording/event_log.h"
 #include "server/text/utf8_text.h"
 
 namespace hapticd::server {
@@ -70,7 +70,7 @@ grpc::Status EventService::ListEvents(grpc::ServerContext*, const v1::ListEvents
                       {"too many events", "ListEventsRequest.max_events", std::to_string(max),
                        "1 … " + std::to_string(kMaxListed), "list them in parts, by after_number"}});
   }
-  auto events = board_.all_after(request->after_number());
+  auto events = event_log_.all_after(request->after_number());
   std::erase_if(events, [&](const NumberedEvent& one) { return !wants(*request, one); });
   const std::size_t first = events.size() > max ? events.size() - max : 0;
   for (std::size_t i = first; i < events.size(); ++i) fill(events[i], *response->add_events());
@@ -83,9 +83,9 @@ grpc::Status EventService::WatchEvents(grpc::ServerContext* context, const v1::W
   if (!counted.admitted()) return counted.refusal("watchers", "WatchEvents");
   const Caller caller = caller_of(*context);
   // A number that is still to come was one of an earlier run.
-  std::uint64_t seen = request->after_number() > board_.last() ? 0 : request->after_number();
+  std::uint64_t seen = request->after_number() > event_log_.last() ? 0 : request->after_number();
   bool is_first = true;
-  while (board_.await_after(seen, is_first ? std::chrono::milliseconds(0) : kEventWatchSlice)) {
+  while (event_log_.await_after(seen, is_first ? std::chrono::milliseconds(0) : kEventWatchSlice)) {
     if (caller.cancelled()) return grpc::Status::CANCELLED;
     v1::EventBatch batch;
     const auto write = [&] {
@@ -94,7 +94,7 @@ grpc::Status EventService::WatchEvents(grpc::ServerContext* context, const v1::W
       is_first = false;
       return sent;
     };
-    for (const NumberedEvent& one : board_.all_after(seen)) {
+    for (const NumberedEvent& one : event_log_.all_after(seen)) {
       seen = one.number;
       if (wants(*request, one)) fill(one, *batch.add_events());
       if (static_cast<std::size_t>(batch.events_size()) == kMaxInBatch && !write())

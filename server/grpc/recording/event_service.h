@@ -5,14 +5,14 @@
 
 namespace hapticd::server {
 
-class EventBoard;
+class EventLog;
 
 class EventService final : public v1::EventService::Service {
  public:
   /// Streams at once; more are refused, since each holds one of the server's threads.
   static constexpr int kMaxWatchers = 16;
 
-  explicit EventService(const EventBoard& board) : board_(board) {}
+  explicit EventService(const EventLog& event_log) : event_log_(event_log) {}
 
   grpc::Status ListEvents(grpc::ServerContext* context, const v1::ListEventsRequest* request,
                           v1::ListEventsResponse* response) override;
@@ -20,7 +20,7 @@ class EventService final : public v1::EventService::Service {
                            grpc::ServerWriter<v1::EventBatch>* writer) override;
 
  private:
-  const EventBoard& board_;
+  const EventLog& event_log_;
   SharedPlaces watchers_{kMaxWatchers};
 };
 

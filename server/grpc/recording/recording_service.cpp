@@ -9,7 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "server/access/lease_desk.h"
+#include "server/access/lease_manager.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/calls/served_call.h"
@@ -114,8 +114,8 @@ grpc::Status RecordingService::StartRecording(grpc::ServerContext* context,
   if (request->until_lease_ends()) {
     const ServedCall* call = served_call();
     if (call == nullptr || !call->by_holder) return to_status(no_lease_to_end_with());
-    wanted.is_over = [desk = call->desk, number = call->lease]() -> std::optional<hal::Error> {
-      const auto why = desk->lost(number);
+    wanted.is_over = [leases = call->leases, number = call->lease]() -> std::optional<hal::Error> {
+      const auto why = leases->lost(number);
       return why ? std::optional(why->error) : std::nullopt;
     };
   }

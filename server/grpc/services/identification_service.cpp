@@ -5,7 +5,7 @@
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/calls/progress_stream.h"
-#include "server/grpc/calls/silence_watch.h"
+#include "server/grpc/calls/silence_monitor.h"
 #include "server/grpc/messages/identification_messages.h"
 #include "server/grpc/messages/status.h"
 #include "server/identification/run/identification_runner.h"
@@ -21,7 +21,7 @@ constexpr std::size_t kMaxRemark = 1000;
 
 /// Describes what a recording can be read as, and how long it is; if it can be read as nothing known, what is
 /// missing.
-void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& response) {
+void describe(const StoredRecording& recording, v1::UploadRecordingResponse& response) {
   response.set_recording(recording.id);
   response.set_rows(recording.rows);
   response.set_sha256(recording.sha256);
@@ -102,7 +102,7 @@ grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context
                                                     v1::UploadRecordingResponse* response) {
   const CountedCall counted(uploads_, kMaxUploads);
   if (!counted.admitted()) return counted.refusal("uploads", "UploadRecording");
-  SilenceWatch watch(kMaxUploadPause, [context] { context->TryCancel(); });
+  SilenceMonitor watch(kMaxUploadPause, [context] { context->TryCancel(); });
   v1::UploadRecordingRequest piece;
   const auto next_piece = [&] { return watch.during([&] { return reader->Read(&piece); }); };
   if (!next_piece() || !piece.has_description()) {

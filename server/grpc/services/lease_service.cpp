@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "server/access/lease_desk.h"
+#include "server/access/lease_manager.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/calls/served_call.h"
@@ -48,7 +48,7 @@ grpc::Status LeaseService::AcquireLease(grpc::ServerContext* context, const v1::
                                         v1::LeaseGrant* response) {
   const auto terms = terms_of(*request, "AcquireLeaseRequest.ttl_s");
   if (!terms) return to_status(terms.refusal());
-  const auto granted = desk_.acquire(served_call()->who, *terms);
+  const auto granted = leases_.acquire(served_call()->who, *terms);
   if (!granted) return to_status(granted.refusal());
   log_call("the lease was acquired", *context);
   fill(*granted, *response);
@@ -67,8 +67,8 @@ grpc::Status LeaseService::TakeLease(grpc::ServerContext* context, const v1::Tak
   const CountedCall counted(takers_, kMaxTakers);
   if (!counted.admitted()) return counted.refusal("takes", "TakeLease");
   const auto granted =
-      desk_.take(served_call()->who, *terms, shortened(repaired_utf8(request->reason()), kMaxPurpose),
-                 caller_of(*context));
+      leases_.take(served_call()->who, *terms, shortened(repaired_utf8(request->reason()), kMaxPurpose),
+                   caller_of(*context));
   if (!granted) return to_status(granted.refusal());
   log_call("the lease was taken", *context);
   fill(*granted, *response);
@@ -78,20 +78,20 @@ grpc::Status LeaseService::TakeLease(grpc::ServerContext* context, const v1::Tak
 grpc::ServerUnaryReactor* LeaseService::RenewLease(grpc::CallbackServerContext* context,
                                                    const v1::RenewLeaseRequest*, v1::Lease* response) {
   const ServedCall& call = *served_call();
-  const auto lease = desk_.renew(call.who, call.token);
+  const auto lease = leases_.renew(call.who, call.token);
   if (lease) fill(*lease, *response);
   return finish(*context, lease ? grpc::Status::OK : to_status(lease.refusal()));
 }
 
 grpc::Status LeaseService::ReturnLease(grpc::ServerContext*, const v1::ReturnLeaseRequest*,
                                        v1::ReturnLeaseResponse*) {
-  desk_.give_back(served_call()->who, served_call()->token);
+  leases_.give_back(served_call()->who, served_call()->token);
   return grpc::Status::OK;
 }
 
 grpc::Status LeaseService::GetLease(grpc::ServerContext*, const v1::GetLeaseRequest*,
                                     v1::LeaseState* response) {
-  fill(desk_.snapshot(), *response);
+  fill(leases_.snapshot(), *response);
   return grpc::Status::OK;
 }
 
@@ -100,17 +100,18 @@ grpc::Status LeaseService::WatchLease(grpc::ServerContext* context, const v1::Wa
   const PlacedCall counted(watchers_);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchLease");
   const Caller caller = caller_of(*context);
-  for (std::uint64_t seen = 0; !caller.cancelled() && !desk_.ended();) {
-    const LeaseSnapshot state = desk_.await_change(seen, LeaseDesk::Clock::now() + kLeaseWatchSlice);
+  for (std::uint64_t seen = 0; !caller.cancelled() && !leases_.ended();) {
+    const LeaseSnapshot state = leases_.await_change(seen, LeaseManager::Clock::now() + kLeaseWatchSlice);
     if (state.version == seen) continue;
     seen = state.version;
     v1::LeaseState message;
     fill(state, message);
     if (!writer->Write(message)) break;
   }
-  return desk_.ended() ? to_status({RefusalKind::kUnavailable,
-                                    {"the service is shutting down", "lease", "", "", "connect again later"}})
-                       : grpc::Status::CANCELLED;
+  return leases_.ended()
+             ? to_status({RefusalKind::kUnavailable,
+                          {"the service is shutting down", "lease", "", "", "connect again later"}})
+             : grpc::Status::CANCELLED;
 }
 
 }  // namespace hapticd::server

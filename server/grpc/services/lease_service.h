@@ -7,7 +7,7 @@
 
 namespace hapticd::server {
 
-class LeaseDesk;
+class LeaseManager;
 
 /// RenewLease uses the callback interface: it needs no thread of the pool, which other calls may have used
 /// up.
@@ -18,7 +18,7 @@ class LeaseService final : public v1::LeaseService::WithCallbackMethod_RenewLeas
   static constexpr int kMaxWatchers = 16;
   static constexpr int kMaxTakers = 4;
 
-  explicit LeaseService(LeaseDesk& desk) : desk_(desk) {}
+  explicit LeaseService(LeaseManager& leases) : leases_(leases) {}
 
   grpc::Status AcquireLease(grpc::ServerContext* context, const v1::AcquireLeaseRequest* request,
                             v1::LeaseGrant* response) override;
@@ -34,7 +34,7 @@ class LeaseService final : public v1::LeaseService::WithCallbackMethod_RenewLeas
                           grpc::ServerWriter<v1::LeaseState>* writer) override;
 
  private:
-  LeaseDesk& desk_;
+  LeaseManager& leases_;
   SharedPlaces watchers_{kMaxWatchers};
   std::atomic<int> takers_{0};
 };

@@ -65,7 +65,7 @@ grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* cont
     reactor->Finish(
         to_status({RefusalKind::kResourceExhausted,
                    {"too many clears at once", "SafetyService.Clear", "",
-                    fmt::format("{} that wait", WaitingDesk::kMaxWaiting), "one of them is enough"}}));
+                    fmt::format("{} that wait", WaitQueue::kMaxWaiting), "one of them is enough"}}));
   }
   return reactor;
 }

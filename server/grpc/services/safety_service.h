@@ -3,7 +3,7 @@
 #include "hapticd/v1/safety.grpc.pb.h"
 #include "proto/text/report_rate.h"
 #include "server/grpc/calls/stop_request.h"
-#include "server/grpc/calls/waiting_desk.h"
+#include "server/grpc/calls/wait_queue.h"
 
 namespace hapticd::server {
 
@@ -34,7 +34,7 @@ class SafetyService final : public v1::SafetyService::WithCallbackMethod_Clear<v
   // Counted apart, so that requests that cannot be read do not hide who stopped.
   text::ReportRate noted_{kMaxNotedPerS};
   text::ReportRate noted_unreadable_{kMaxNotedPerS};
-  WaitingDesk clears_{"hapticd-clear"};
+  WaitQueue clears_{"hapticd-clear"};
 };
 
 }  // namespace hapticd::server

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "rt/record/observation.h"
-#include "server/identification/gate/clip_watch.h"
+#include "server/identification/gate/clip_monitor.h"
 #include "server/identification/gate/sample_policy.h"
 
 namespace hapticd::identification {
@@ -55,7 +55,7 @@ class SampleGate {
   Verdict leave_out(Unfit reason) noexcept;
 
   SamplePolicy policy_;
-  ClipWatch clip_;
+  ClipMonitor clip_;
   bool follows_ = false;
   std::int64_t last_time_ns_ = 0;
   double step_s_ = 0.0, longest_gap_s_ = 0.0;

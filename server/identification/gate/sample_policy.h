@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "hal/rig.h"
-#include "server/identification/gate/clip_watch.h"
+#include "server/identification/gate/clip_monitor.h"
 
 namespace hapticd::identification {
 

@@ -8,7 +8,7 @@
 #include "server/identification/palpation/requested_scene.h"
 #include "server/identification/palpation/simulated_palpator.h"
 #include "server/identification/run/identification_run.h"
-#include "server/identification/run/sample_watch.h"
+#include "server/identification/run/sample_monitor.h"
 #include "server/telemetry/telemetry_hub.h"
 
 namespace hapticd::server {
@@ -71,7 +71,7 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
   if (uses_instrument(run.request.task)) {
     if (auto error = run.instrument.open(session_.rig())) return {Ending::kFault, *error};
   }
-  SampleWatch samples(needs_bias(run.request.task));
+  SampleMonitor samples(needs_bias(run.request.task));
   if (const auto unloaded = run.reservation->unload(Caller{}); !unloaded) return fault(unloaded.refusal());
   rt::Engine& engine = session_.engine();
   struct Observing {

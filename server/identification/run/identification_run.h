@@ -40,7 +40,7 @@ struct IdentificationRunner::Run {
   IdentificationRequest request;
   std::string id;
   std::unique_ptr<identification::Identification> identification;
-  std::shared_ptr<const ShelvedRecording> recording;
+  std::shared_ptr<const StoredRecording> recording;
   std::optional<RecordedObservations> rows;
   std::optional<SceneHost::Reservation> reservation;
   std::optional<SensorClaim> sensor;    ///< held open for as long as it listens

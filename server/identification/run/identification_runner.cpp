@@ -130,7 +130,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
   auto run = std::make_unique<Run>();
   run->request = request;
   run->id = (*turn)->id();
-  if (auto refusal = fill_reference(run->request, shelf_, scenes_.models(), cancel_)) return *refusal;
+  if (auto refusal = fill_reference(run->request, recordings_, scenes_.models(), cancel_)) return *refusal;
   if (auto refusal = request.recording.empty() ? prepare_live(*run) : prepare_recorded(*run)) return *refusal;
   return begin(std::move(run), **turn);
 }
@@ -163,7 +163,7 @@ std::optional<Refusal> IdentificationRunner::prepare_recorded(Run& run) {
          std::string(kStartPlace) + ".recording", request.recording,
          "contact, friction, structural_stiffness, tool, threshold or inclusion", "identify it on the rig"}};
   }
-  auto recording = shelf_.find(request.recording);
+  auto recording = recordings_.find(request.recording);
   if (!recording) return recording.refusal();
   run.recording = *recording;
   auto rows = RecordedObservations::open(run.recording->file.path(), *motion, run.recording->description,
@@ -204,7 +204,7 @@ std::optional<Refusal> IdentificationRunner::prepare_live(Run& run) {
   run.identification = make_identification(run.request.task, run.view->rig_info());
   if (store_.in_memory()) return std::nullopt;
   auto kept = ObservationFile::create(store_.path() + ".data/" + run.id + ".csv", rig.has_external_position,
-                                      shelf_.keep_free_mb());
+                                      recordings_.keep_free_mb());
   if (kept) {
     run.kept.emplace(std::move(*kept));
   } else {

@@ -13,7 +13,7 @@
 #include "hal/lock/callback.h"
 #include "hal/lock/mutex.h"
 #include "server/identification/run/identification_task.h"
-#include "server/identification/run/recording_shelf.h"
+#include "server/identification/run/recording_store.h"
 #include "server/identification/session/identification.h"
 #include "server/scene/scene_host.h"
 #include "server/session/caller.h"
@@ -86,7 +86,7 @@ class IdentificationRunner {
   /// Cancels what runs and starts nothing more.
   void shutdown();
 
-  RecordingShelf& recordings() { return shelf_; }
+  RecordingStore& recordings() { return recordings_; }
   /// Sets what is called when one is over, on its thread, in words. Set it before the first.
   void on_end(Callback<void(const std::string& words)> call) { on_end_ = std::move(call); }
 
@@ -122,7 +122,7 @@ class IdentificationRunner {
   TelemetryHub& hub_;
   const SensorBiases& biases_;
   ModelStore& store_;
-  RecordingShelf shelf_;
+  RecordingStore recordings_;
   Callback<void(const std::string&)> on_end_ = [](const std::string&) {};
 
   mutable Mutex mutex_;

@@ -14,9 +14,9 @@ namespace {
 constexpr const char* kRecording = "StartIdentificationRequest.inclusion.reference_recording";
 constexpr const char* kModel = "StartIdentificationRequest.inclusion.reference_model";
 
-std::optional<Refusal> read_presses(const std::string& id, const RecordingShelf& shelf,
+std::optional<Refusal> read_presses(const std::string& id, const RecordingStore& recordings,
                                     const std::atomic<bool>& given_up, identification::InclusionTask& task) {
-  auto recording = shelf.find(id);
+  auto recording = recordings.find(id);
   if (!recording) return recording.refusal();
   const auto rows = RecordedObservations::open((*recording)->file.path(), RecordedMotion::kScan,
                                                (*recording)->description, {0.0, 0.0, -1.0}, &given_up);
@@ -60,7 +60,7 @@ std::optional<Refusal> take_law(const std::string& name, const ModelLibrary& mod
 
 }  // namespace
 
-std::optional<Refusal> fill_reference(IdentificationRequest& request, const RecordingShelf& shelf,
+std::optional<Refusal> fill_reference(IdentificationRequest& request, const RecordingStore& recordings,
                                       const ModelLibrary& models, const std::atomic<bool>& given_up) {
   auto* task = std::get_if<identification::InclusionTask>(&request.task);
   if (task == nullptr) return std::nullopt;
@@ -70,7 +70,7 @@ std::optional<Refusal> fill_reference(IdentificationRequest& request, const Reco
                     "a recording or a model", "leave one of them out"}};
   }
   if (!request.reference_recording.empty()) {
-    if (auto refusal = read_presses(request.reference_recording, shelf, given_up, *task)) return refusal;
+    if (auto refusal = read_presses(request.reference_recording, recordings, given_up, *task)) return refusal;
   } else if (!request.reference_model.empty()) {
     if (auto refusal = take_law(request.reference_model, models, *task)) return refusal;
   }

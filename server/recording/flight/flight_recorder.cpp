@@ -47,10 +47,10 @@ int weight_of(const Incident& incident) {
 
 }  // namespace
 
-FlightRecorder::FlightRecorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
+FlightRecorder::FlightRecorder(TelemetryHub& hub, EventLog& event_log, const RecordingSources& sources,
                                const RecordingConfig& config)
     : hub_(hub),
-      board_(board),
+      event_log_(event_log),
       sources_(sources),
       config_(config),
       folder_(config.folder + "/incidents", {config.incident_quota_mb, WhenFull::kRemoveOldest, 0.0,
@@ -85,7 +85,7 @@ std::optional<hal::Error> FlightRecorder::open() {
   options.longest_wait = std::chrono::milliseconds(0);
   options.queue_samples = static_cast<std::uint32_t>(ticks_in(kQueueS, sources_.rate_hz));
   subscription_ = hub_.subscribe(options);
-  board_number_ = board_.last();
+  event_number_ = event_log_.last();
   is_on_.store(true);
   thread_ = std::thread([this] { run(); });
   writer_ = std::thread([this] { run_writer(); });
@@ -220,7 +220,7 @@ void FlightRecorder::take_records() {
     rows_kept_ += batch.entries.size();
   }
   std::uint64_t missed = 0;
-  for (Event& event : board_.after(board_number_, missed)) {
+  for (Event& event : event_log_.after(event_number_, missed)) {
     if (event.kind == EventKind::kScene) scene_changed_ = true;
     const bool shows_in_no_record = event.kind == EventKind::kStop && watch_.is_latched_without_stop();
     if (shows_in_no_record && !ends_.load()) begin_incident(incident_of(event, "stopped"));
@@ -361,7 +361,7 @@ void FlightRecorder::write(const Incident& incident, const FlightRing& ring, con
   event.unix_ns = incident.unix_ns;
   event.kind = EventKind::kIncident;
   event.text = id + ": " + incident.words;
-  board_.add(std::move(event));
+  event_log_.add(std::move(event));
   const MutexLock lock(mutex_);
   last_ = Last{id, incident.words};
 }

@@ -14,10 +14,10 @@
 #include "hal/lock/mutex.h"
 #include "server/config/recording_section.h"
 #include "server/recording/column_table.h"
-#include "server/recording/event_board.h"
+#include "server/recording/event_log.h"
 #include "server/recording/flight/flight_ring.h"
 #include "server/recording/flight/incident.h"
-#include "server/recording/record_watch.h"
+#include "server/recording/record_monitor.h"
 #include "server/recording/recording_folder.h"
 #include "server/session/outcome.h"
 #include "server/telemetry/telemetry_hub.h"
@@ -35,12 +35,12 @@ class FlightRecorder {
   static constexpr double kAfterS = 2.0;
   /// Requests that may wait for the ring's thread, which takes them every 20 ms.
   static constexpr std::size_t kMaxRequests = 64;
-  /// Events that are kept for the next incident, the newest ones: as many as the board has.
-  static constexpr std::size_t kMaxEvents = EventBoard::kKept + EventBoard::kKeptOfFrequent;
+  /// Events that are kept for the next incident, the newest ones: as many as the event log has.
+  static constexpr std::size_t kMaxEvents = EventLog::kKept + EventLog::kKeptOfFrequent;
   /// Bytes of an incident's words beyond which causes that follow are only counted.
   static constexpr std::size_t kMaxWords = 4096;
 
-  FlightRecorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
+  FlightRecorder(TelemetryHub& hub, EventLog& event_log, const RecordingSources& sources,
                  const RecordingConfig& config);
   /// Shuts down.
   ~FlightRecorder();
@@ -95,7 +95,7 @@ class FlightRecorder {
   Incident incident_of(const recording::Event& event, const std::string& cause) const;
 
   TelemetryHub& hub_;
-  EventBoard& board_;
+  EventLog& event_log_;
   const RecordingSources& sources_;
   const RecordingConfig config_;
   const RecordingFolder folder_;
@@ -106,13 +106,13 @@ class FlightRecorder {
   std::vector<std::string> left_;  ///< paths of rings of earlier runs
 
   // The ring thread's own.
-  RecordWatch watch_;
+  RecordMonitor watch_;
   std::string rows_;
   std::uint64_t last_tick_ = 0;
   std::int64_t last_time_ns_ = 0;
   Clock::time_point last_record_{};
   std::uint64_t first_looks_ = 0;
-  std::uint64_t board_number_ = 0;
+  std::uint64_t event_number_ = 0;
   bool scene_changed_ = true;
   bool write_failed_ = false;
   FlightRing::Notes notes_;

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "client/cpp/client.h"
-#include "server/grpc/calls/silence_watch.h"
+#include "server/grpc/calls/silence_monitor.h"
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/identification/identifying.h"
 #include "tests/integration/running_service.h"
@@ -138,12 +138,12 @@ TEST(RecordingUpload, OfWhichNothingComesIsGivenUp) {
   using std::chrono::milliseconds;
   std::atomic<int> silences{0};
   {
-    server::SilenceWatch patient(std::chrono::hours(1), [&] { ++silences; });
+    server::SilenceMonitor patient(std::chrono::hours(1), [&] { ++silences; });
     EXPECT_EQ(patient.during([] { return 7; }), 7);
     EXPECT_FALSE(patient.was_silent());
   }
   EXPECT_EQ(silences, 0);
-  server::SilenceWatch watch(milliseconds(20), [&] { ++silences; });
+  server::SilenceMonitor watch(milliseconds(20), [&] { ++silences; });
   watch.during([&] {
     while (silences == 0) std::this_thread::sleep_for(milliseconds(1));
     return true;

@@ -15,9 +15,9 @@ namespace hapticd::test {
 namespace {
 
 /// Measures for how long this machine leaves a thread that only sleeps without the processor.
-class PauseWatch {
+class PauseMeter {
  public:
-  ~PauseWatch() {
+  ~PauseMeter() {
     ending_ = true;
     thread_.join();
   }
@@ -66,7 +66,7 @@ class RealParts : public EmulatedRigProcess {
   /// the sensor refuse to go on: then, and only then, the user clears it and asks again.
   void run_line(const std::string& line) const {
     constexpr double kPauseMs = 20.0;
-    PauseWatch pauses;
+    PauseMeter pauses;
     for (const auto until = std::chrono::steady_clock::now() + 2 * kTimeout;;) {
       pauses.take_longest_ms();
       ChildProcess shell("/bin/bash", {"-c", "cd '" + folder.path() + "' && " + line});

@@ -16,7 +16,7 @@
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"
-#include "server/diagnosis/force_watch.h"
+#include "server/diagnosis/force_monitor.h"
 #include "server/diagnosis/machine_findings.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/texts.h"
@@ -185,7 +185,7 @@ class Bench {
   /// The next ticks; `change` sees each record before the doctor does.
   template <class Change>
   Findings watch(double seconds, Change change) {
-    ForceWatch watch(spec_);
+    ForceMonitor watch(spec_);
     for (int tick = 0; tick < static_cast<int>(seconds * 1000.0); ++tick) {
       hal::RigSample sample;
       rig_->read(sample);

@@ -31,12 +31,12 @@ MarkdownTable small_table(const std::string& cell) {
   return table;
 }
 
-SvgPlot small_plot(const std::string& title) {
-  SvgPlot plot;
+Plot small_plot(const std::string& title) {
+  Plot plot;
   plot.title = title;
   plot.x = {"time", "s"};
   plot.y = {"force", "N"};
-  plot.series = {{"one", {0.0, 1.0}, {1.0, 2.0}}};
+  plot.series = {{.name = "one", .points = {{0.0, 1.0}, {1.0, 2.0}}}};
   return plot;
 }
 

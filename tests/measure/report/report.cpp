@@ -3,9 +3,23 @@
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "client/cli/figure/gnuplot.h"
+
 namespace hapticd::report {
+namespace {
+
+constexpr double kTitlePx = 30.0;
+
+}  // namespace
+
+PlotSeries dots(std::string name, std::string color) {
+  PlotSeries series{.name = std::move(name), .color = std::move(color)};
+  series.marks_only();
+  return series;
+}
 
 void Report::set_condition(const std::string& name, const std::string& value, const std::string& suffix) {
   figures_.set_common(name.empty() ? Case{} : Case{{name, value}});
@@ -35,13 +49,23 @@ void Report::add_table(const std::string& name, const std::string& title, const 
   section_.add_table(full_title, table, remark);
 }
 
-void Report::add_plot(const std::string& its_name, const SvgPlot& without_condition) {
+void Report::add_plot(const std::string& its_name, const Plot& plot, const PlotSize& size) {
   const std::string name = its_name + suffix_;
-  SvgPlot plot = without_condition;
-  plot.title += in_titles_;
-  const auto problem = draw(plot, folder_, name);
-  section_.add_plot(name, plot.title, problem.value_or(""));
-  note(problem ? "plot: " + *problem : "plot: " + (folder_ / (name + ".svg")).string());
+  cli::Figure figure{.title = plot.title + in_titles_,
+                     .width_px = size.width_px,
+                     .height_px = size.height_px,
+                     .panels = {plot}};
+  figure.panels[0].title.clear();
+  figure.panels[0].height = 1.0 - kTitlePx / size.height_px;
+  figure.panels[0].legend = Plot::Legend::kRight;
+  const auto script = folder_ / (name + ".gp");
+  std::ofstream stream(script, std::ios::trunc);
+  stream << cli::gnuplot_script(figure, name + ".svg") << std::flush;
+  if (!stream) throw std::runtime_error("cannot write '" + script.string() + "'");
+  const std::string svg = (folder_ / (name + ".svg")).string();
+  const auto problem = cli::draw_svg(figure, svg);
+  section_.add_plot(name, figure.title, problem ? problem->what + "; " + problem->remedy : "");
+  note("plot: " + (problem ? name + ".svg was not drawn: " + problem->what + "; " + problem->remedy : svg));
 }
 
 void Report::take_over(const std::filesystem::path& folder) {

@@ -3,12 +3,28 @@
 #include <filesystem>
 #include <string>
 
+#include "client/cli/figure/figure.h"
 #include "tests/measure/report/figure_writer.h"
 #include "tests/measure/report/markdown_table.h"
 #include "tests/measure/report/section.h"
-#include "tests/measure/report/svg_plot.h"
 
 namespace hapticd::report {
+
+// A plot is drawn as hapticctl draws its own.
+using Plot = cli::FigurePanel;
+using PlotAxis = cli::FigureAxis;
+using PlotReference = cli::FigureReference;
+using PlotSeries = cli::FigureSeries;
+using PlotLine = PlotSeries::Line;
+using PlotMark = PlotSeries::Mark;
+
+/// A series of marks without a line; without a colour, that of its place among the series.
+PlotSeries dots(std::string name, std::string color = {});
+
+struct PlotSize {
+  int width_px = 900;
+  int height_px = 520;
+};
 
 /// The output folder of a study or a benchmark: figures.jsonl next to readable tables and plots; and, for a
 /// page of all of it (html_page.h), what was shown in each section and in what order.
@@ -35,8 +51,9 @@ class Report {
   /// it.
   void add_table(const std::string& name, const std::string& title, const MarkdownTable& table,
                  const std::string& remark = {});
-  /// Writes NAME.csv, NAME.gp and NAME.svg; if gnuplot is missing or fails it says so and goes on.
-  void add_plot(const std::string& name, const SvgPlot& plot);
+  /// Writes NAME.gp, a script with the data in it, and has gnuplot draw NAME.svg of it. If gnuplot is missing
+  /// or fails, the page says so.
+  void add_plot(const std::string& name, const Plot& plot, const PlotSize& size = {});
   /// What another program left in `folder`: its figures, plots and tables become this report's, its sections
   /// part of the present one. Throws std::runtime_error if they cannot be copied.
   void take_over(const std::filesystem::path& folder);

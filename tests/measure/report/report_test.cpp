@@ -167,51 +167,30 @@ TEST(MarkdownTable, WritesNumbersForReaders) {
   EXPECT_EQ(significant(1e-9), "1.00e-09");
 }
 
-SvgPlot example() {
-  return {.title = "Force over 'depth'",
-          .x = {.label = "depth", .unit = "mm", .logarithmic = true},
-          .y = {.label = "force", .unit = "N"},
-          .series = {{.label = "one", .x = {0.1, 1, 10}, .y = {0, 0.5, 1}},
-                     {.label = "nothing"},
-                     {.label = "two",
-                      .x = {0.1, 1, 10},
-                      .y = {1, std::nan(""), 2},
-                      .style = PlotSeries::Style::kPoints}},
-          .references = {{.value = 1.0, .label = "1 N"}}};
-}
-
-TEST(SvgPlot, LeavesDataAndScriptBesideTheDrawing) {
+TEST(Plots, LeaveAScriptWithTheirDataBesideTheDrawing) {
   const TemporaryFolder folder;
-  const auto problem = draw(example(), folder.path(), "plot");
-  EXPECT_EQ(file_text(folder.path("plot.csv")),
-            "series,\"depth [mm]\",\"force "
-            "[N]\"\n\"one\",0.1,0\n\"one\",1,0.5\n\"one\",10,1\n\n\n\"nothing\",nan,nan\n\n\n"
-            "\"two\",0.1,1\n\"two\",1,nan\n\"two\",10,2\n");
-  EXPECT_NE(file_text(folder.path("plot.gp")).find("'Force over ''depth'''"), std::string::npos);
-  if (problem) GTEST_SKIP() << *problem;
+  Report report(folder.path());
+  report.begin_section("s", "S");
+  Plot plot{.title = "Force over 'depth'", .x = {.label = "depth", .unit = "mm", .logarithmic = true}};
+  plot.series = {{.name = "one", .points = {{0.1, 0.0}, {1.0, 0.5}}}, {.name = "nothing"}};
+  report.add_plot("plot", plot);
+  const std::string script = file_text(folder.path("plot.gp"));
+  EXPECT_NE(script.find("'Force over ''depth'''"), std::string::npos);
+  EXPECT_NE(script.find("0.1 0\n1 0.5\n"), std::string::npos);
   EXPECT_NE(file_text(folder.path("plot.svg")).find("</svg>"), std::string::npos);
 }
 
-TEST(SvgPlot, WithoutGnuplotKeepsTheDataAndSaysWhatToDo) {
+TEST(Plots, WithoutGnuplotKeepTheScriptAndSayWhatToDo) {
   const TemporaryFolder folder;
+  Report report(folder.path());
+  report.begin_section("s", "S");
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/nowhere", 1);
-  const auto problem = draw(example(), folder.path(), "plot");
+  report.add_plot("plot", {.series = {{.points = {{0.0, 1.0}, {1.0, 2.0}}}}});
   setenv("PATH", path.c_str(), 1);
-  ASSERT_TRUE(problem);
-  EXPECT_EQ(
-      *problem,
-      "plot.svg was not drawn: gnuplot is not installed; plot.csv and plot.gp are written; apt-get install "
-      "gnuplot-nox, then: gnuplot plot.gp");
-  EXPECT_TRUE(std::filesystem::exists(folder.path("plot.csv")));
+  EXPECT_NE(file_text(folder.path("sections/s.jsonl")).find("apt-get install gnuplot-nox"),
+            std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder.path("plot.gp")));
-}
-
-TEST(SvgPlot, RefusesASeriesOfTwoLengths) {
-  const TemporaryFolder folder;
-  SvgPlot plot = example();
-  plot.series[0].y.pop_back();
-  EXPECT_THROW(draw(plot, folder.path(), "plot"), std::invalid_argument);
 }
 
 TEST(ChildProcess, GivesOutputAndStatus) {

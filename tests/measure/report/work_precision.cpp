@@ -28,32 +28,29 @@ std::vector<Method> front_of(const WorkPrecision& stage) {
   return front;
 }
 
-SvgPlot plot_of(const WorkPrecision& stage) {
-  SvgPlot plot;
+Plot plot_of(const WorkPrecision& stage) {
+  Plot plot;
   plot.title = "Error against run time: " + stage.stage;
   plot.x = {"run time per " + stage.run_time_per, "ns", true};
   plot.y = {stage.error_name, stage.error_unit, stage.logarithmic_error};
   if (!stage.logarithmic_error) plot.y.minimum = 0.0;
   PlotSeries front;
-  front.label = "Pareto front";
-  front.colour = 7;
-  front.dashed = true;
+  front.name = "Pareto front";
+  front.color = cli::palette(7);
+  front.line = PlotLine::kDashed;
   for (const Method& method : front_of(stage)) {
     front.add(method.run_time_ns, method.error);
   }
   plot.series.push_back(front);
-  int colour = 0;
+  std::size_t colour = 0;
   for (const Method& method : stage.methods) {
     if (!method.failed.empty()) continue;
     PlotSeries point;
-    point.label = method.name + (method.is_default ? " (default)" : "");
-    point.x = {method.run_time_ns};
-    point.y = {method.error};
-    point.style = PlotSeries::Style::kPoints;
-    point.point_size = method.is_default ? 1.6 : 0.9;
-    point.colour = colour % 7;
-    point.point_type =
-        method.is_default ? 7 : std::vector<int>{5, 9, 11, 13}[static_cast<std::size_t>(colour / 7) % 4];
+    point.name = method.name + (method.is_default ? " (default)" : "");
+    point.add(method.run_time_ns, method.error);
+    point.marks_only(method.is_default ? 1.6 : 0.9);
+    point.color = cli::palette(colour % 7);
+    if (method.is_default) point.mark = PlotMark::kDisc;
     ++colour;
     plot.series.push_back(point);
   }

@@ -59,7 +59,7 @@ class Locks(unittest.TestCase):
 
     def test_a_thread_that_is_not_listed_is_named(self):
         self.only("the thread 'other' is not in", desk=DESK + 'pthread_setname_np(pthread_self(), "other");\n')
-        self.only("the thread 'clears' is not in", desk=DESK + 'WaitingDesk clears_{"clears"};\n')
+        self.only("the thread 'clears' is not in", desk=DESK + 'WaitQueue clears_{"clears"};\n')
 
     def test_a_thread_without_a_name_is_named(self):
         found = self.problems(desk=DESK.replace("pthread_setname_np(pthread_self(), \"worker\");", ""))

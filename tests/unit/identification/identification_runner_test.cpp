@@ -128,11 +128,11 @@ TEST(IdentificationTask, SaysARemedyThatReachesTheClientWhole) {
 }
 
 /// Keeps `text` as a recording; its id.
-std::string upload(RecordingShelf& shelf, const std::string& text) {
-  auto upload = shelf.begin({.name = "presses.csv", .columns = {}}, 0.0);
+std::string upload(RecordingStore& recordings, const std::string& text) {
+  auto upload = recordings.begin({.name = "presses.csv", .columns = {}}, 0.0);
   EXPECT_TRUE(upload);
   EXPECT_FALSE((*upload)->append(text));
-  const auto kept = shelf.finish(std::move(*upload));
+  const auto kept = recordings.finish(std::move(*upload));
   EXPECT_TRUE(kept);
   return (*kept)->id;
 }
@@ -175,8 +175,8 @@ TEST(IdentificationRunner, MissesNothingOnceItHasConverged) {
 }
 
 /// Long enough that others come while it is read.
-std::string upload_long_recording(RecordingShelf& shelf) {
-  auto upload = shelf.begin({.name = "long.csv", .columns = {}}, 0.0);
+std::string upload_long_recording(RecordingStore& recordings) {
+  auto upload = recordings.begin({.name = "long.csv", .columns = {}}, 0.0);
   EXPECT_TRUE(upload);
   std::string piece = "time_s,force_N,position_mm\n";
   for (int row = 0; row < 400'000; ++row) {
@@ -186,7 +186,7 @@ std::string upload_long_recording(RecordingShelf& shelf) {
     piece.clear();
   }
   EXPECT_FALSE((*upload)->append(piece));
-  const auto kept = shelf.finish(std::move(*upload));
+  const auto kept = recordings.finish(std::move(*upload));
   EXPECT_TRUE(kept);
   return (*kept)->id;
 }

@@ -48,11 +48,11 @@ TEST(ObservationFile, LeavesRoomOnItsDisk) {
   EXPECT_EQ(fs::file_size(folder.path("contact-1.csv")), 0U);
 }
 
-TEST(RecordingShelf, LeavesRoomOnItsDisk) {
-  RecordingShelf shelf;
+TEST(RecordingStore, LeavesRoomOnItsDisk) {
+  RecordingStore recordings;
   constexpr double kMoreThanThereIsMb = 1e12;
-  shelf.keep_free(kMoreThanThereIsMb);
-  const auto upload = shelf.begin({.name = "presses.csv", .columns = {}}, 0.0);
+  recordings.keep_free(kMoreThanThereIsMb);
+  const auto upload = recordings.begin({.name = "presses.csv", .columns = {}}, 0.0);
   ASSERT_TRUE(upload);
   const auto refused = (*upload)->append("time_s,force_N,position_mm\n");
   ASSERT_TRUE(refused);

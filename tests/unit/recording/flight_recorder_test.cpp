@@ -22,7 +22,7 @@ class FlightRecorderTest : public RecordingTest {
  protected:
   FlightRecorder& flight() {
     if (!flight_) {
-      flight_ = std::make_unique<FlightRecorder>(hub_, board_, sources_, config_);
+      flight_ = std::make_unique<FlightRecorder>(hub_, event_log_, sources_, config_);
       test::demand(flight_->open());
     }
     return *flight_;
@@ -58,7 +58,7 @@ TEST_F(FlightRecorderTest, AStopLeavesEveryTickAroundIt) {
     event.kind = EventKind::kCommand;
     event.tick = tick;
     event.time_ns = static_cast<std::int64_t>(tick) * 1'000'000'000 / kTicksPerS;
-    board_.add(std::move(event));
+    event_log_.add(std::move(event));
   }
   engine_.stop();
   flown(2 * kAfterTicks);
@@ -149,12 +149,12 @@ TEST_F(FlightRecorderTest, AFloodOfEventsLeavesTheNewestAndSaysThatOthersAreMiss
   flight();
   flown(100);
   for (int round = 0; round < 4; ++round) {
-    for (std::size_t i = 0; i < EventBoard::kKept; ++i) {
+    for (std::size_t i = 0; i < EventLog::kKept; ++i) {
       recording::Event event;
       event.kind = EventKind::kCommand;
       event.tick = next_tick_ - 1;
       event.time_ns = static_cast<std::int64_t>(event.tick) * 10'000'000;
-      board_.add(std::move(event));
+      event_log_.add(std::move(event));
     }
     flown(10);
   }
@@ -192,7 +192,7 @@ TEST_F(FlightRecorderTest, AStopWhileAnotherFaultIsLatchedLeavesOneToo) {
   call.unix_ns = read_clocks().utc_ns;
   call.tick = engine_.last_tick();
   call.time_ns = static_cast<std::int64_t>(call.tick) * 1'000'000'000 / kTicksPerS;
-  board_.add(std::move(call));
+  event_log_.add(std::move(call));
   flown(1000);
   const auto list = incidents(2);
   ASSERT_EQ(list.size(), 2U);
@@ -245,7 +245,7 @@ TEST_F(FlightRecorderTest, TheRingOfARunThatCrashedBecomesAnIncident) {
   fs::copy_file(config_.folder + "/flight-0.ring", other + "/flight-0.ring");
   RecordingConfig config = config_;
   config.folder = other;
-  FlightRecorder next(hub_, board_, sources_, config);
+  FlightRecorder next(hub_, event_log_, sources_, config);
   test::demand(next.open());
   ASSERT_TRUE(test::eventually([&] { return next.last().has_value(); }));
   const auto list = next.list();
@@ -262,7 +262,7 @@ TEST_F(FlightRecorderTest, TheRingOfARunThatCrashedBecomesAnIncident) {
 
 TEST_F(FlightRecorderTest, TwoDaemonsWithOneFolderHaveARingEach) {
   flight();
-  FlightRecorder second(hub_, board_, sources_, config_);
+  FlightRecorder second(hub_, event_log_, sources_, config_);
   test::demand(second.open());
   EXPECT_TRUE(second.is_on());
   EXPECT_TRUE(fs::exists(config_.folder + "/flight-1.ring"));

@@ -27,7 +27,7 @@ class RecorderTest : public RecordingTest {
 
   Recorder& recorder() {
     if (!recorder_) {
-      recorder_ = std::make_unique<Recorder>(hub_, board_, sources_, config_);
+      recorder_ = std::make_unique<Recorder>(hub_, event_log_, sources_, config_);
       test::demand(recorder_->open());
     }
     return *recorder_;
@@ -176,7 +176,7 @@ TEST_F(RecorderTest, WithoutAFolderThereAreNoRecordings) {
 
 TEST_F(RecorderTest, AFolderThatCannotBeWrittenIsNamed) {
   config_.folder = folder_.write("file", "");  // no folder can be below a file; root may write to any folder
-  Recorder recorder(hub_, board_, sources_, config_);
+  Recorder recorder(hub_, event_log_, sources_, config_);
   const auto error = test::error_of(recorder.open());
   EXPECT_EQ(error.where, config_.folder + "/recordings");
   EXPECT_EQ(test::refusal_of(recorder.start({"", "", "", 0, 1})).error.where, error.where);
@@ -366,7 +366,7 @@ TEST_F(RecorderTest, WhatAnEarlierRunLeftIsFinishedAtTheStart) {
 
   RecordingConfig config = config_;
   config.folder = other;
-  Recorder next(hub_, board_, sources_, config);
+  Recorder next(hub_, event_log_, sources_, config);
   test::demand(next.open());
   const auto list = value_of(next.list());
   ASSERT_EQ(list.size(), 1U);

@@ -18,8 +18,8 @@ class RecordingFindings : public RecordingTest {
  protected:
   /// Findings of recordings and of incidents.
   Findings examined() {
-    Recorder recorder(hub_, board_, sources_, config_);
-    FlightRecorder flight(hub_, board_, sources_, config_);
+    Recorder recorder(hub_, event_log_, sources_, config_);
+    FlightRecorder flight(hub_, event_log_, sources_, config_);
     static_cast<void>(recorder.open());
     static_cast<void>(flight.open());
     return examine_recording(recorder, flight);

@@ -8,7 +8,7 @@
 #include "hal/recording/recording_file.h"
 #include "rt/loop/engine.h"
 #include "server/config/recording_section.h"
-#include "server/recording/event_board.h"
+#include "server/recording/event_log.h"
 #include "server/recording/recording_sources.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "tests/support/eventually.h"
@@ -101,7 +101,7 @@ class RecordingTest : public testing::Test {
   test::StillRig rig_;
   rt::Engine engine_;
   TelemetryHub hub_;
-  EventBoard board_;
+  EventLog event_log_;
   RecordingSources sources_;
   RecordingConfig config_;
   std::uint64_t next_tick_ = 0;

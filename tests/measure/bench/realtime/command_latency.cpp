@@ -83,10 +83,9 @@ std::vector<double> round_trips(const std::string& address, int calls) {
 
 report::PlotSeries curve(const std::string& label, const std::vector<double>& sorted) {
   report::PlotSeries series;
-  series.label = label;
+  series.name = label;
   for (std::size_t i = 0; i < sorted.size(); i += std::max<std::size_t>(1, sorted.size() / 400)) {
-    series.x.push_back(sorted[i]);
-    series.y.push_back(static_cast<double>(i) / static_cast<double>(sorted.size() - 1));
+    series.add(sorted[i], static_cast<double>(i) / static_cast<double>(sorted.size() - 1));
   }
   return series;
 }
@@ -140,13 +139,12 @@ void measure_command_latency(report::Report& report, const RealtimeOptions& opti
           "that fall anywhere in a period. The answer "
           "comes after the tick at which the target took effect, so that the way back is counted "
           "too: an upper bound. Echo: the same messages, a server that answers at once.");
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "From a command to its effect, next to an echo";
   plot.x = {"time from call to answer", "µs", true};
   plot.y = {"share of calls"};
   plot.series = {curve("target set, in effect", effect), curve("echo", echo)};
-  plot.height_px = 360;
-  report.add_plot("realtime_command", plot);
+  report.add_plot("realtime_command", plot, {.height_px = 360});
 }
 
 int run_echo_child() {

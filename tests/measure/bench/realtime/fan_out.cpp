@@ -102,8 +102,8 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
                                "furthest behind [ms]", "kB/s per subscriber", "daemon [% of a core]",
                                "per subscriber [% of a core]", "failed"});
   report::PlotSeries cpu;
-  cpu.label = "daemon";
-  cpu.style = report::PlotSeries::Style::kLinePoints;
+  cpu.name = "daemon";
+  cpu.mark = report::PlotMark::kOfColor;
   std::optional<int> without_loss;
   double alone_share = 0.0;
   for (const int count : counts) {
@@ -120,8 +120,7 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
                      fixed(t.behind_ms, 0), fixed(1e-3 * static_cast<double>(t.bytes) / n / seconds, 0),
                      fixed(100.0 * share, 1),
                      count > 0 ? fixed(100.0 * (share - alone_share) / n, 2) : report::kNoNumber, ""});
-      cpu.x.push_back(count);
-      cpu.y.push_back(100.0 * share);
+      cpu.add(count, 100.0 * share);
       if (count == 0) continue;
       report.add({.figure = "subscriber_bytes_per_s",
                   .conditions = {{"subscribers", count}},
@@ -156,14 +155,13 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
           "falls "
           "more than half a second behind.");
   measure_block_fan_out(report, seconds, options.quick, folder);
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Processor time of the daemon against subscribers";
   plot.x = {"subscribers at 1 kHz"};
   plot.y = {"processor time of the daemon", "% of a core"};
   plot.y.minimum = 0.0;
   plot.series = {cpu};
-  plot.height_px = 360;
-  report.add_plot("realtime_fan_out", plot);
+  report.add_plot("realtime_fan_out", plot, {.height_px = 360});
 }
 
 }  // namespace hapticd::bench

@@ -157,20 +157,19 @@ void add_twins(report::Report& report, const Twins& twins) {
 report::PlotSeries curve(const std::string& label, const LatencyDistribution& distribution, int colour,
                          bool dashed) {
   report::PlotSeries series;
-  series.label = label;
-  series.colour = colour;
-  series.dashed = dashed;
+  series.name = label;
+  series.color = cli::palette(static_cast<std::size_t>(colour));
+  if (dashed) series.line = report::PlotLine::kDashed;
   const std::vector<double> beyond = distribution.beyond();
   for (std::size_t i = 0; i < beyond.size(); ++i) {
     if (beyond[i] <= 0.0) continue;  // the last bin; there is no zero on a logarithmic axis
-    series.x.push_back(distribution.bins[i].up_to_us);
-    series.y.push_back(beyond[i]);
+    series.add(distribution.bins[i].up_to_us, beyond[i]);
   }
   return series;
 }
 
-report::SvgPlot empty_plot(const std::string& title, const std::string& what) {
-  report::SvgPlot plot;
+report::Plot empty_plot(const std::string& title, const std::string& what) {
+  report::Plot plot;
   plot.title = title;
   plot.x = {what, "µs", true};
   plot.y = {"share of ticks that took longer", "", true};
@@ -267,9 +266,9 @@ class LoopReport {
   report::MarkdownTable ticks_{{"load", "compute 50 % [µs]", "99.9 % [µs]", "device 50 % [µs]", "99.9 % [µs]",
                                 "jitter 50 % [µs]", "99 % [µs]", "99.9 % [µs]",
                                 "99.9 % of the period over idle", "periods missed"}};
-  report::SvgPlot wakeup_ = empty_plot("Lateness of a tick (dashed: cyclictest next to it)", "lateness");
-  report::SvgPlot compute_ = empty_plot("Computation of a tick", "time");
-  report::SvgPlot device_ = empty_plot("Time in the drivers (simulated rig) per tick", "time");
+  report::Plot wakeup_ = empty_plot("Lateness of a tick (dashed: cyclictest next to it)", "lateness");
+  report::Plot compute_ = empty_plot("Computation of a tick", "time");
+  report::Plot device_ = empty_plot("Time in the drivers (simulated rig) per tick", "time");
 };
 
 std::string conditions_of(int rounds, double seconds, const Placement& placement, client::Client& client) {

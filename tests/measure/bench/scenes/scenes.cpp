@@ -196,14 +196,13 @@ int run_scenes(const ScenesOptions& options) {
   report::MarkdownTable table({"scene", "extent", "instructions per tick", "of the composed", "median [ns]",
                                "99.9 % [ns]", "memory [B]", "composed in [µs]", "telemetry [kB/s]",
                                "failed"});
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Instructions per tick";
   plot.y = {"instructions"};
   plot.y.minimum = 0.0;
-  plot.height_px = 400;
-  report::PlotSeries composed{.label = "composed", .style = report::PlotSeries::Style::kPoints};
-  report::PlotSeries forced{.label = "everything forced on", .style = report::PlotSeries::Style::kPoints};
-  composed.point_size = forced.point_size = 1.2;
+  report::PlotSeries composed = report::dots("composed");
+  report::PlotSeries forced = report::dots("everything forced on");
+  composed.mark_size = forced.mark_size = 1.2;
   for (const std::string& scene : tick_scenes()) {
     if (options.quick && scene != "tap_1d" && scene != "explore_rod") continue;
     report::Report::note(scene);
@@ -231,7 +230,7 @@ int run_scenes(const ScenesOptions& options) {
       "reported, as in a loop that composes nothing. Instructions by callgrind, telemetry record and guard "
       "included; memory is the heap of the stages and the object that runs and guards them; telemetry is one "
       "subscriber at 1 kHz with all groups the scene has.");
-  report.add_plot("scenes_cost", plot);
+  report.add_plot("scenes_cost", plot, {.height_px = 400});
   add_daemon_table(report, options.quick);
   return 0;
 }

@@ -336,7 +336,7 @@ TEST(ToolFixture, GivesNothingWhileTheToolIsGuided) {
   EXPECT_EQ(length(fixture.update(up)), 0.0);
 }
 
-TEST(PresentationWatch, JudgesAPress) {
+TEST(PresentationMonitor, JudgesAPress) {
   rt::SceneSpec spec = press_scene();
   spec.watch.emplace();
   VirtualRun rig({}, spec);
@@ -366,7 +366,7 @@ TEST(PresentationWatch, JudgesAPress) {
   EXPECT_GT(force_n, 0.5);
 }
 
-TEST(PresentationWatch, NamesWhatWasWrong) {
+TEST(PresentationMonitor, NamesWhatWasWrong) {
   rt::SceneSpec spec = press_scene();
   spec.watch.emplace();
   spec.watch->max_contact_speed_mm_per_s = 50.0;
@@ -393,10 +393,10 @@ TEST(PresentationWatch, NamesWhatWasWrong) {
 }
 
 /// A contact that is lost for a moment in the middle of a fast stroke does not begin with the stroke's speed.
-TEST(PresentationWatch, AContactThatFlickersIsTheSame) {
+TEST(PresentationMonitor, AContactThatFlickersIsTheSame) {
   rt::WatchLimits limits;
   limits.max_contact_speed_mm_per_s = 50.0;
-  rt::PresentationWatch watch(limits, {0.0, 0.0, -1.0}, 1000.0);
+  rt::PresentationMonitor watch(limits, {0.0, 0.0, -1.0}, 1000.0);
   watch.begin(1);
   rt::WatchedTick now;
   const auto run = [&](int ticks, bool is_touched, const hal::Vector3& velocity_mm_per_s) {
@@ -422,9 +422,9 @@ TEST(PresentationWatch, AContactThatFlickersIsTheSame) {
 }
 
 // An object that is brushed for a moment is felt as it is. A participant who judges it has not felt the target.
-TEST(PresentationWatch, ABriefTouchIsNoPresentation) {
+TEST(PresentationMonitor, ABriefTouchIsNoPresentation) {
   const auto flaws_after = [](int ticks_touched) {
-    rt::PresentationWatch watch({}, {0.0, 0.0, -1.0}, 1000.0);
+    rt::PresentationMonitor watch({}, {0.0, 0.0, -1.0}, 1000.0);
     watch.begin(1);
     for (int i = 0; i < 500; ++i) watch.update({}, i >= 100 && i < 100 + ticks_touched, {}, 1e-3);
     return watch.end().broken;
@@ -434,7 +434,7 @@ TEST(PresentationWatch, ABriefTouchIsNoPresentation) {
   EXPECT_EQ(flaws_after(350), 0U);
 }
 
-TEST(PresentationWatch, IsThereOnlyWhereTheSceneHasOne) {
+TEST(PresentationMonitor, IsThereOnlyWhereTheSceneHasOne) {
   VirtualRun rig({}, press_scene());
   EXPECT_EQ(rig.assistance().begin_presentation(), 0U);
   rig.run(0.01);

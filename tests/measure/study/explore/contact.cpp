@@ -155,7 +155,7 @@ void run_explore_contact(StudyContext& context) {
       context.quick ? std::vector<double>{200.0} : std::vector<double>{100, 200, 300, 400, 600};
   report::MarkdownTable table({"object", "taps", "mean ms", "largest ms", "missed", "published mean ms",
                                "published largest ms", "D mean ms", "D largest ms"});
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Delay of contact detection against speed (dashed: published way)";
   plot.x = {"speed towards the surface", "mm/s"};
   plot.y = {"mean delay", "ms"};
@@ -164,8 +164,13 @@ void run_explore_contact(StudyContext& context) {
   int colour = 0;
   for (const std::string& object : explored_objects()) {
     Delays total;
-    report::PlotSeries ours{object, {}, {}, report::PlotSeries::Style::kLinePoints, ++colour};
-    report::PlotSeries published{"", {}, {}, report::PlotSeries::Style::kLinePoints, colour, true};
+    report::PlotSeries ours{.name = object,
+                            .color = cli::palette(static_cast<std::size_t>(++colour)),
+                            .mark = report::PlotMark::kOfColor};
+    report::PlotSeries published{.name = "",
+                                 .color = cli::palette(static_cast<std::size_t>(colour)),
+                                 .line = report::PlotLine::kDashed,
+                                 .mark = report::PlotMark::kOfColor};
     for (const double speed : speeds) {
       Delays at_speed;
       for (const double slant_deg : {0.0, 30.0}) {

@@ -151,12 +151,12 @@ Published published(const std::string& object, bool rod) {
 
 void plot_stroke(StudyContext& context, const std::string& object, const std::string& tip,
                  const std::vector<Moment>& moments) {
-  report::SvgPlot displacement;
+  report::Plot displacement;
   displacement.title = "Displacement of one stroke: " + object + ", " + tip;
   displacement.x = {"time", "s"};
   displacement.y = {"displacement", "mm"};
   displacement.y.minimum = 0.0;
-  report::SvgPlot direction;
+  report::Plot direction;
   direction.title = "Direction error of one stroke back and forth: " + object + ", " + tip;
   direction.x = {"time", "s"};
   direction.y = {"angle to the true normal", "deg"};
@@ -193,14 +193,14 @@ void run_estimation(StudyContext& context) {
                                     "with turns p95 °"});
   report::MarkdownTable displacements({"object", "tip", "estimator", "law", "median %", "mean %",
                                        "D median %", "D mean %", "release median %"});
-  report::SvgPlot overview;
+  report::Plot overview;
   overview.title = "Displacement error while pressing and stroking: median";
   overview.y = {"|x̂ - x| / x", "%"};
   overview.y.minimum = 0.0;
   overview.references = {{report::PlotReference::Axis::kY, 5.0, "goal"}};
   report::PlotSeries ours{"default"}, baseline{"dissertation, our baseline"},
       theirs{"dissertation, as reported"};
-  for (auto* series : {&ours, &baseline, &theirs}) series->style = report::PlotSeries::Style::kPoints;
+  for (auto* series : {&ours, &baseline, &theirs}) series->marks_only();
 
   const std::vector<double> forces_n =
       context.quick ? std::vector<double>{4.0} : std::vector<double>{2, 4, 6};

@@ -81,7 +81,7 @@ void run_explore_rendered(StudyContext& context) {
   using report::fixed;
   report::MarkdownTable table(
       {"object", "target N/mm", "pipeline", "held N/mm", "error %", "swing mm", "stroking N/mm", "error %"});
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Pressing 4 N and letting go (dashed: dissertation)";
   plot.x = {"displacement of the tip", "mm"};
   plot.y = {"force at the hand", "N"};
@@ -122,8 +122,9 @@ void run_explore_rendered(StudyContext& context) {
                        fixed(result.stroked, 4), fixed(100.0 * (result.stroked / target - 1.0), 2)});
         if (plotted && !(oscillates && !ours)) {
           plot.series.push_back({ours ? object + ", " + fixed(target, 1) + " N/mm" : std::string(),
-                                 result.depth_mm, result.force_n, report::PlotSeries::Style::kLine, colour,
-                                 !ours});
+                                 cli::palette(colour),
+                                 ours ? report::PlotLine::kSolid : report::PlotLine::kDashed,
+                                 cli::points_of(result.depth_mm, result.force_n)});
         }
       }
     }

@@ -104,12 +104,12 @@ void run_explore_stability(StudyContext& context) {
   using report::fixed;
   report::MarkdownTable table(
       {"device", "object", "k N/mm", "tip", "dissertation", "beyond", "default", "beyond it", "ratio"});
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Largest stable target while stroking, ball bearing";
   plot.y = {"target stiffness", "N/mm"};
   plot.y.minimum = 0.0;
   for (const std::string& object : explored_objects()) plot.x.categories.push_back(object);
-  report::SvgPlot swing;
+  report::Plot swing;
   swing.title = "Swing against target, high-force device (dashed: dissertation)";
   swing.x = {"target stiffness", "N/mm", true};
   swing.y = {"median swing above 10 Hz", "mm", true};
@@ -117,11 +117,11 @@ void run_explore_stability(StudyContext& context) {
   for (const std::string device : {"phantom_1_5_high_force", "phantom_1_0"}) {
     report::PlotSeries ours{device + ", default"}, theirs{device + ", dissertation"};
     for (auto* series : {&ours, &theirs}) {
-      series->style = report::PlotSeries::Style::kLinePoints;
-      series->colour = device == "phantom_1_0" ? 2 : 1;
+      series->mark = report::PlotMark::kOfColor;
+      series->color = cli::palette(device == "phantom_1_0" ? 2 : 1);
     }
-    theirs.dashed = true;
-    int colour = 0;
+    theirs.line = report::PlotLine::kDashed;
+    std::size_t colour = 0;
     for (const std::string& object : explored_objects()) {
       ++colour;
       if (context.quick && object != "sponge_cut" && object != "rubber_ball_3d") continue;
@@ -157,10 +157,10 @@ void run_explore_stability(StudyContext& context) {
         ours.add(at, improved.value);
         theirs.add(at, baseline.value);
         if (device == "phantom_1_5_high_force") {
-          swing.series.push_back(
-              {object, improved.target, improved.swing_mm, report::PlotSeries::Style::kLine, colour});
-          swing.series.push_back(
-              {"", baseline.target, baseline.swing_mm, report::PlotSeries::Style::kLine, colour, true});
+          swing.series.push_back({object, cli::palette(colour), report::PlotLine::kSolid,
+                                  cli::points_of(improved.target, improved.swing_mm)});
+          swing.series.push_back({"", cli::palette(colour), report::PlotLine::kDashed,
+                                  cli::points_of(baseline.target, baseline.swing_mm)});
         }
       }
     }

@@ -71,13 +71,13 @@ void add_group(report::Report& report, const ExtremeGroup& group, const std::vec
 void plot_margins(report::Report& report, const std::vector<ExtremeGroup>& groups,
                   const std::vector<std::vector<Outcome>>& outcomes) {
   constexpr double kMin = 1e-12;
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Share of its bound that each extreme uses";
   plot.y = {"value / bound", "1", true, 0.3 * kMin, 10.0};
   report::PlotSeries hold{"holds"}, fail{"does not hold"};
   for (report::PlotSeries* series : {&hold, &fail}) {
-    series->style = report::PlotSeries::Style::kPoints;
-    series->point_size = 0.7;
+    series->marks_only();
+    series->mark_size = 0.7;
   }
   for (std::size_t g = 0; g < groups.size(); ++g) {
     plot.x.categories.push_back(groups[g].name);
@@ -93,10 +93,9 @@ void plot_margins(report::Report& report, const std::vector<ExtremeGroup>& group
     }
   }
   plot.series.push_back(hold);
-  if (!fail.x.empty()) plot.series.push_back(fail);
+  if (!fail.points.empty()) plot.series.push_back(fail);
   plot.references.push_back({report::PlotReference::Axis::kY, 1.0, "bound"});
-  plot.height_px = 380;
-  report.add_plot("extremes_margins", plot);
+  report.add_plot("extremes_margins", plot, {.height_px = 380});
 }
 
 }  // namespace

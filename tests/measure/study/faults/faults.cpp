@@ -74,7 +74,7 @@ class FaultReport {
                 "reported as", "all faults reported", "refused while it lasts", "N before", "step before N",
                 "recovery step N", "N recovered", "step pressing again N", "attempts",
                 "ages passed on as 1 ms", "verdict"}) {
-    for (report::SvgPlot* plot : {&fall_, &recovery_}) {
+    for (report::Plot* plot : {&fall_, &recovery_}) {
       plot->x = {"after the first that could know", "ticks"};
       plot->y = {"device force", "N"};
       plot->y.minimum = 0.0;
@@ -138,13 +138,13 @@ class FaultReport {
                          (verdict.empty() ? "as the table says" : verdict));
     const char* label = label_of(fault.name);
     if (label == nullptr) return;
-    report::PlotSeries series{label, {}, {}, report::PlotSeries::Style::kLinePoints};
+    report::PlotSeries series{.name = label, .mark = report::PlotMark::kOfColor};
     for (std::size_t i = 0; i < trial.ticks.size(); ++i) {
       if (trial.ticks[i] < -10.0 || trial.ticks[i] > 15.0) continue;
       series.add(trial.ticks[i], trial.force_n[i]);
     }
     fall_.series.push_back(series);
-    recovery_.series.push_back({label, trial.ticks, trial.force_n});
+    recovery_.series.push_back({.name = label, .points = cli::points_of(trial.ticks, trial.force_n)});
   }
 
   void write() {
@@ -186,8 +186,8 @@ class FaultReport {
 
   StudyContext& context_;
   report::MarkdownTable table_;
-  report::SvgPlot fall_;
-  report::SvgPlot recovery_;
+  report::Plot fall_;
+  report::Plot recovery_;
 };
 
 /// Whether a quick run has it.

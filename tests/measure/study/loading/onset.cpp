@@ -141,7 +141,7 @@ OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s) {
 void run_onset(StudyContext& context) {
   report::MarkdownTable table({"device", "object", "dims", "target N/mm", "conditions", "mm/s",
                                "first force at N", "at mm", "steepest slope / target's", "real object's"});
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "A press with 20 mm/s, PHANToM 1.0, one dimension";
   plot.x = {"displacement", "mm"};
   plot.y = {"force at the hand", "N"};

@@ -65,7 +65,7 @@ void run_rendered_stiffness(StudyContext& context) {
   using report::fixed;
   report::MarkdownTable table({"device", "object", "target N/mm", "press N", "rendered N/mm", "error %",
                                "pressing error %", "uncompensated error %"});
-  report::SvgPlot forces;
+  report::Plot forces;
   forces.title = "Hand force over displacement, PHANToM 1.0: four objects, two targets";
   forces.x = {"displacement of the tip", "mm"};
   forces.y = {"force at the hand", "N"};
@@ -75,7 +75,7 @@ void run_rendered_stiffness(StudyContext& context) {
     // Friction of the device is felt by the hand; each device is pressed with a force that is some twenty to
     // thirty times it. Where (3.8) does not allow that much, with less.
     const double full_n = plotted ? 2.0 : 4.0;
-    int colour = 0;
+    std::size_t colour = 0;
     for (const std::string& object : tapped_objects()) {
       ++colour;
       for (const double target : {0.3, 0.7}) {
@@ -113,8 +113,9 @@ void run_rendered_stiffness(StudyContext& context) {
         if (!plotted) continue;
         const std::string label = object + ", " + fixed(target, 1) + " N/mm";
         const bool dashed = target > 0.5;
-        forces.series.push_back(
-            {label, with.depth_mm, with.hand_force_n, report::PlotSeries::Style::kLine, colour, dashed});
+        forces.series.push_back({label, cli::palette(colour),
+                                 dashed ? report::PlotLine::kDashed : report::PlotLine::kSolid,
+                                 cli::points_of(with.depth_mm, with.hand_force_n)});
       }
     }
   }

@@ -397,7 +397,9 @@ std::vector<report::PlotSeries> curves(const Boundaries& found, std::size_t devi
   for (const auto& [name, label] : wanted) {
     for (std::size_t v = 0; v < found.variants.size(); ++v) {
       if (found.variants[v]->name != name) continue;
-      report::PlotSeries series{label, {}, {}, report::PlotSeries::Style::kLinePoints, colour};
+      report::PlotSeries series{.name = label,
+                                .color = cli::palette(static_cast<std::size_t>(colour)),
+                                .mark = report::PlotMark::kOfColor};
       for (std::size_t o = 0; o < found.objects.size(); ++o) {
         const report::CellValues& values = found.of(device, v, o);
         const bool any = !values.empty() && range_of(values).any();
@@ -410,15 +412,16 @@ std::vector<report::PlotSeries> curves(const Boundaries& found, std::size_t devi
   return all;
 }
 
-void set_axes(report::SvgPlot& plot, double lowest, double highest) {
+void set_axes(report::Plot& plot, double lowest, double highest) {
   plot.x = {"object stiffness", "N/mm", true, 0.04, 1250.0};
   plot.y = {"target stiffness", "N/mm", true, lowest, highest};
 }
 
 report::PlotSeries line_over(const std::vector<double>& objects, const std::string& label, int colour,
                              bool dashed, const std::function<double(double)>& value) {
-  report::PlotSeries series{label, objects, {}, report::PlotSeries::Style::kLine, colour, dashed};
-  for (const double k : objects) series.y.push_back(value(k));
+  report::PlotSeries series{label, cli::palette(static_cast<std::size_t>(colour)),
+                            dashed ? report::PlotLine::kDashed : report::PlotLine::kSolid};
+  for (const double k : objects) series.add(k, value(k));
   return series;
 }
 
@@ -435,7 +438,7 @@ void plot_boundaries(StudyContext& context, const Boundaries& found) {
   for (std::size_t d = 0; d < devices().size(); ++d) {
     const std::string& device = devices()[d];
     const auto trial_at = [&](double k, double rate_hz) { return scaled_tap(device, k, false, rate_hz); };
-    report::SvgPlot rates;
+    report::Plot rates;
     rates.title = "Largest stable target by loop rate, device taken as rigid, " + device;
     set_axes(rates, 0.3, 100.0);
     rates.series = curves(found, d,
@@ -455,7 +458,7 @@ void plot_boundaries(StudyContext& context, const Boundaries& found) {
     rates.series.push_back(dissertation_range(device));
     context.report.add_plot("stability_rates_" + device, rates);
 
-    report::SvgPlot options;
+    report::Plot options;
     options.title = "Largest stable target by scene and options, 1 kHz, " + device;
     set_axes(options, 0.3, 100.0);
     options.series = curves(found, d,
@@ -586,11 +589,11 @@ void run_class_maps(StudyContext& context) {
     return std::vector<double>{static_cast<double>(run_trial(trial, grid_of(map)[cell % targets]).verdict)};
   });
   if (!cells) return;
-  constexpr std::array<int, kStabilityClasses> kColours{2, 4, 5, 1, 3, 6, 7};
+  constexpr std::array<std::size_t, kStabilityClasses> kColours{2, 4, 5, 1, 3, 6, 7};
   report::MarkdownTable table({"device", "structure", "class", "feasible cells", "infeasible cells"});
   for (std::size_t m = 0; m < maps.size(); ++m) {
     const std::vector<double> grid = grid_of(maps[m]);
-    report::SvgPlot plot;
+    report::Plot plot;
     plot.title = maps[m].device + ", tap_1d " + (maps[m].compensated ? "as shipped" : "taken as rigid") +
                  ": class of every target";
     set_axes(plot, 0.04, 1.3 * grid.back());
@@ -599,13 +602,12 @@ void run_class_maps(StudyContext& context) {
     };
     for (std::size_t c = 0; c < kStabilityClasses; ++c) {
       const auto of_class = static_cast<StabilityClass>(c);
-      report::PlotSeries series{
-          std::string(to_text(of_class)), {}, {}, report::PlotSeries::Style::kPoints, kColours[c]};
-      series.point_type = 5;
-      series.point_size = 1.3;
+      report::PlotSeries series = report::dots(std::string(to_text(of_class)), cli::palette(kColours[c]));
+      series.mark = report::PlotMark::kSquare;
+      series.mark_size = 1.3;
       report::PlotSeries small = series;
-      small.label.clear();
-      small.point_size = 0.5;
+      small.name.clear();
+      small.mark_size = 0.5;
       for (std::size_t o = 0; o < objects.size(); ++o) {
         for (std::size_t t = 0; t < targets; ++t) {
           if (static_cast<std::size_t>((*cells)[m * of_map + o * targets + t].at(0)) != c) continue;
@@ -613,13 +615,13 @@ void run_class_maps(StudyContext& context) {
           of.add(objects[o], grid[t]);
         }
       }
-      if (series.x.empty() && small.x.empty()) continue;
+      if (series.points.empty() && small.points.empty()) continue;
       table.add_row({maps[m].device, maps[m].compensated ? "compensated" : "taken as rigid",
-                     std::string(to_text(of_class)), std::to_string(series.x.size()),
-                     std::to_string(small.x.size())});
-      if (series.x.empty()) small.label = series.label;
-      if (!series.x.empty()) plot.series.push_back(series);
-      if (!small.x.empty()) plot.series.push_back(small);
+                     std::string(to_text(of_class)), std::to_string(series.points.size()),
+                     std::to_string(small.points.size())});
+      if (series.points.empty()) small.name = series.name;
+      if (!series.points.empty()) plot.series.push_back(series);
+      if (!small.points.empty()) plot.series.push_back(small);
     }
     const std::vector<double> dense = log_grid(0.05, 1000.0, 60);
     plot.series.push_back(line_over(dense, "softest feasible (3.8)", 7, false, feasible));

@@ -105,28 +105,23 @@ void plot_tornado(StudyContext& context, const Loop& loop, const std::string& na
                   const std::vector<const Parameter*>& used,
                   const std::vector<std::array<double, 4>>& ratios) {
   constexpr double kOffsetToShowBoth = 0.14;
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "What uncertain parameters do to the largest stable target, " + loop.name();
   plot.x = {"largest stable target over its nominal value", "1", false, 0.0, 4.4};
   for (const Parameter* parameter : used) plot.y.categories.emplace_back(parameter->shown);
-  report::PlotSeries lower{"lower value", {}, {}, report::PlotSeries::Style::kPoints, 7};
+  report::PlotSeries lower = report::dots("lower value", cli::palette(7));
   report::PlotSeries upper = lower;
-  upper.label = "upper value";
-  lower.point_type = 4;
-  upper.point_type = 5;
-  lower.point_size = upper.point_size = 0.7;
+  upper.name = "upper value";
+  lower.mark = report::PlotMark::kOpenSquare;
+  upper.mark = report::PlotMark::kSquare;
+  lower.mark_size = upper.mark_size = 0.7;
   for (std::size_t o = 0; o < kObjects.size(); ++o) {
-    report::PlotSeries bars{"object of " + significant(kObjects[o], 1) + " N/mm",
-                            {},
-                            {},
-                            report::PlotSeries::Style::kLine,
-                            static_cast<int>(o)};
+    report::PlotSeries bars{"object of " + significant(kObjects[o], 1) + " N/mm", cli::palette(o)};
     for (std::size_t p = 0; p < used.size(); ++p) {
       const double y = static_cast<double>(p) + (o == 0 ? kOffsetToShowBoth : -kOffsetToShowBoth);
       const double low = ratios[p][2 * o];
       const double high = ratios[p][2 * o + 1];
-      bars.x.insert(bars.x.end(), {low, high, std::numeric_limits<double>::quiet_NaN()});
-      bars.y.insert(bars.y.end(), {y, y, std::numeric_limits<double>::quiet_NaN()});
+      bars.points.insert(bars.points.end(), {{low, y}, {high, y}, cli::kBreak});
       lower.add(low, y);
       upper.add(high, y);
     }

@@ -173,15 +173,14 @@ void run_free_air(StudyContext& context) {
   report::MarkdownTable table({"cause", "runs", "failing", "largest N", "longest ms", "contacts declared",
                                "withdrawn", "guard without force", "published: failing", "largest N",
                                "longest ms", "worst run"});
-  report::SvgPlot bars;
+  report::Plot bars;
   bars.title = "Largest force in free air, from 20 ms after a contact";
   bars.x = {"force asked of the device", "N", true, 1e-4, 100.0};
-  bars.height_px = 700;
   bars.references = {{report::PlotReference::Axis::kX, FreeAirJudge::kMaxN, "0.3 N"},
                      {report::PlotReference::Axis::kX, FreeAirJudge::kZeroN, "0.05 N"}};
-  report::PlotSeries our_dots{"ours", {}, {}, report::PlotSeries::Style::kPoints, 0};
-  report::PlotSeries their_dots{"published", {}, {}, report::PlotSeries::Style::kPoints, 1};
-  our_dots.point_size = their_dots.point_size = 1.0;
+  report::PlotSeries our_dots = report::dots("ours", cli::palette(0));
+  report::PlotSeries their_dots = report::dots("published", cli::palette(1));
+  our_dots.mark_size = their_dots.mark_size = 1.0;
   for (const std::string& name : names_in_order()) {
     if (ours.count(name) == 0) continue;
     const Worst& w = ours[name];
@@ -208,7 +207,7 @@ void run_free_air(StudyContext& context) {
           "rests and is waved ±20 mm at 2.2 Hz in all directions, or (abrupt hand, lab) moved with 400 mm/s "
           "and 20 m/s²; where an object is lost it is pressed or stroked before. A latched guard is cleared "
           "after 0.3 s. Contacts declared: where nothing was touched.");
-  context.report.add_plot("trust_free_air", bars);
+  context.report.add_plot("trust_free_air", bars, {.height_px = 700});
 }
 
 }  // namespace hapticd::study

@@ -24,7 +24,7 @@ void run_tumour_force(StudyContext& context) {
     const rt::InclusionParameters energy = identified_tumour(tumour.phantom).by_scan.inclusion;
     const rt::InclusionParameters published = identified_tumour(tumour.phantom).by_pair.inclusion;
     for (const double place_mm : {0.0, 10.0, 20.0}) {
-      report::SvgPlot plot;
+      report::Plot plot;
       plot.title = "Press " + fixed(place_mm, 0) + " mm from the " + tumour.name +
                    " tumour, 60 mm/s: at the hand (D Fig. 5.4)";
       plot.x = {"depth of the tip", "mm"};
@@ -50,9 +50,12 @@ void run_tumour_force(StudyContext& context) {
           figure.source = "rms over rms, while loading from 1 mm on";
           context.report.add(figure);
           if (speed != 60.0) continue;
-          plot.series.push_back({variant == 0 ? "energy" : "published", rendered.depth_mm, rendered.force_n});
+          plot.series.push_back({.name = variant == 0 ? "energy" : "published",
+                                 .points = cli::points_of(rendered.depth_mm, rendered.force_n)});
         }
-        if (speed == 60.0) plot.series.push_back({"real tumour", real.depth_mm, real.force_n});
+        if (speed == 60.0)
+          plot.series.push_back(
+              {.name = "real tumour", .points = cli::points_of(real.depth_mm, real.force_n)});
       }
       for (auto& row : rows) {
         while (row.size() < 6) row.emplace_back("");

@@ -49,7 +49,7 @@ TEST(DemoFigure, ShowsAndExplainsWhereTheTipComesFree) {
   const FigureSeries* marks = nullptr;
   for (const FigureSeries& one : felt.series) {
     if (one.name == "the tip comes free") marks = &one;
-    if (one.stroke != FigureSeries::Stroke::kLine) continue;
+    if (one.line != FigureSeries::Line::kSolid) continue;
     // A curve ends there: nothing of what follows is drawn as rendered.
     ASSERT_FALSE(one.points.empty());
     EXPECT_NEAR(one.points.back().x, 5.0, 1e-9) << one.name;
@@ -65,10 +65,10 @@ TEST(DemoFigure, ShowsAndExplainsWhereTheTipComesFree) {
 TEST(DemoFigure, DrawsNoLineThroughTheAir) {
   const Figure figure = demo_figure({press({}), press(0.5)}, "demo");
   for (const FigureSeries& one : figure.panels.at(0).series) {
-    if (one.stroke == FigureSeries::Stroke::kDashed || one.points.empty()) continue;
+    if (one.line == FigureSeries::Line::kDashed || one.points.empty()) continue;
     for (std::size_t i = 1; i < one.points.size(); ++i) {
       const double step = std::abs(one.points[i].x - one.points[i - 1].x);
-      EXPECT_FALSE(step > 0.5 && one.stroke != FigureSeries::Stroke::kOpenSquares)
+      EXPECT_FALSE(step > 0.5 && one.mark != FigureSeries::Mark::kOpenSquare)
           << one.name << " at " << one.points[i].x;
     }
   }

@@ -4,8 +4,8 @@
 
 #include <limits>
 
+#include "client/cli/figure/gnuplot.h"
 #include "client/cli/identify/identify_figure.h"
-#include "client/cli/plot/figure.h"
 #include "tests/unit/client/identify/identify_fake_service.h"
 
 namespace hapticd::cli {

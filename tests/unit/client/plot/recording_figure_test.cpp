@@ -70,7 +70,7 @@ TEST(RecordingFigure, OfNoContactIsWideHasAKeyAndSaysSo) {
   const FigurePanel& forces = figure.panels.at(0);
   EXPECT_EQ(series(forces, "reaction").points.size(), 2U);
   EXPECT_EQ(forces.title.find("left"), std::string::npos) << "there is no panel to the left of it";
-  for (const FigurePanel& panel : figure.panels) EXPECT_EQ(panel.width, 1.0) << panel.y_label;
+  for (const FigurePanel& panel : figure.panels) EXPECT_EQ(panel.width, 1.0) << panel.y.label;
   ASSERT_EQ(figure.notes.size(), 1U);
   EXPECT_NE(figure.notes[0].find("No contact was declared"), std::string::npos);
 }
@@ -85,7 +85,7 @@ TEST(RecordingFigure, DrawsForceOverDisplacementOnlyWhileTouching) {
     EXPECT_TRUE(std::isnan(points[4].x)) << "no line from where it was let go to where it is touched again";
     EXPECT_EQ(points[3].x, 3.0);
   }
-  EXPECT_EQ(series(curve, "hand, true").stroke, FigureSeries::Stroke::kLine) << "drawn like the others";
+  EXPECT_EQ(series(curve, "hand, true").line, FigureSeries::Line::kSolid) << "drawn like the others";
   EXPECT_FALSE(curve.title.empty());
 }
 
@@ -93,9 +93,8 @@ TEST(RecordingFigure, AllPanelsShareOneTimeAxis) {
   const Figure figure = figure_of(press(1.0, 0.0));
   ASSERT_EQ(figure.panels.size(), 4U);
   for (std::size_t i = 1; i < 4; ++i) {
-    ASSERT_TRUE(figure.panels[i].x_range) << i;
-    EXPECT_EQ(figure.panels[i].x_range->low, 0.0);
-    EXPECT_NEAR(figure.panels[i].x_range->high, 0.5, 1e-9) << "also of the target, which is there later";
+    EXPECT_EQ(figure.panels[i].x.minimum, 0.0);
+    EXPECT_NEAR(figure.panels[i].x.maximum.value(), 0.5, 1e-9) << "also of the target, which is there later";
   }
 }
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "rt/guard/load_watch.h"
+#include "rt/guard/load_monitor.h"
 #include "rt/signal/tool_compensation.h"
 #include "rt/signal/vector.h"
 
@@ -69,7 +69,7 @@ class WatchedTool {
     run(0.2);
   }
 
-  rt::LoadWatch watch;
+  rt::LoadMonitor watch;
   hal::RigSample sample;
   hal::Vector3 zero_n;
   hal::Vector3 load_n;

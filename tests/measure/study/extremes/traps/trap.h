@@ -23,7 +23,7 @@ struct Trap {
   double limit = 0.0;  ///< of stability, or of what would be right
   std::vector<TrapForm> forms;
   std::string plot_name{};  ///< empty = nothing to plot
-  report::SvgPlot plot{};
+  report::Plot plot{};
 };
 
 Trap derivative_gain_trap();      // 1
@@ -40,7 +40,7 @@ Trap staircase_trap(bool quick);  // 10
 Trap encoder_trap();              // 11
 
 /// Small, so that a dozen stay readable; published: orange and dashed; ours: blue and solid.
-report::SvgPlot small_plot(std::string title, report::PlotAxis x, report::PlotAxis y);
+report::Plot small_plot(std::string title, report::PlotAxis x, report::PlotAxis y);
 report::PlotSeries published(std::string label);
 report::PlotSeries ours(std::string label);
 

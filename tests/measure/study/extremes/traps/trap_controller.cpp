@@ -29,12 +29,6 @@ std::vector<double> step_course(double kp, double kd_per_sample, int samples) {
   return course;
 }
 
-std::vector<double> numbered(std::size_t count) {
-  std::vector<double> x;
-  for (std::size_t i = 0; i < count; ++i) x.push_back(static_cast<double>(i));
-  return x;
-}
-
 }  // namespace
 
 Trap derivative_gain_trap() {
@@ -53,8 +47,8 @@ Trap derivative_gain_trap() {
   const std::vector<double> in_ms = step_course(0.45, 0.015, 40);
   report::PlotSeries bad = published("K_d in s"), good = ours("K_d in ms");
   for (auto [series, course] : {std::pair{&bad, &per_second}, std::pair{&good, &in_ms}}) {
-    series->x = numbered(course->size());
-    for (const double d : *course) series->y.push_back(std::max(1e-12, std::abs(d)));
+    for (const double d : *course)
+      series->add(static_cast<double>(series->points.size()), std::max(1e-12, std::abs(d)));
   }
   trap.plot.series = {bad, good};
   trap.forms = {{"published, K_d in s", spectral_radius(per_second)},
@@ -78,9 +72,8 @@ Trap integrating_loop_trap() {
   for (const double kp : {0.45, 1.05, 2.1}) {
     const std::vector<double> course = step_course(kp, 0.0, 16);
     report::PlotSeries series = kp > 2.0 ? published("Kp 2.1") : ours(kp < 1.0 ? "Kp 0.45" : "Kp 1.05");
-    if (kp > 1.0 && kp < 2.0) series.colour = 4;
-    series.x = numbered(course.size());
-    for (const double d : course) series.y.push_back(d + 1.0);
+    if (kp > 1.0 && kp < 2.0) series.color = cli::palette(4);
+    for (const double d : course) series.add(static_cast<double>(series.points.size()), d + 1.0);
     trap.plot.series.push_back(series);
     trap.forms.push_back({kp > 2.0   ? "Kp 2.1: refused here"
                           : kp < 1.0 ? "here, Kp 0.45 (1.0)"
@@ -165,7 +158,7 @@ Trap stability_bound_trap() {
                          {"object", "N/mm", true}, {"bound / limit", "1"});
   report::PlotSeries wall = published("object + wall"), closed = ours("(b + τ_f k)/τ_x");
   for (report::PlotSeries* series : {&wall, &closed}) {
-    series->style = report::PlotSeries::Style::kLinePoints;
+    series->mark = report::PlotMark::kOfColor;
   }
   for (const double k : {0.03, 0.1, 0.3, 1.0, 3.0}) {
     SampledLoop loop;

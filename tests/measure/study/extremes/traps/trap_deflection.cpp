@@ -80,7 +80,7 @@ Trap deflection_sign_trap() {
   trap.plot = small_plot("Where the tip is, against the two-mass simulator, k_s 2.537 N/mm",
                          {"force of the device", "N"}, {"error of the tip", "mm"});
   report::PlotSeries plus = published("p_s + f_d/k_s"), none{"encoders alone"}, minus = ours("p_s - f_d/k_s");
-  none.colour = 7;
+  none.color = cli::palette(7);
   for (double force = -6.0; force <= 6.0; force += 1.0) {
     // Device against a hand that holds: truth from the simulator, at rest.
     const sim::AxisDynamics dynamics({0.075, 0.06, kStructural, 5e-3, 1e-3, 1.0, 0.02}, 1e-3);

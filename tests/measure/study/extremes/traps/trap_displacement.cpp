@@ -63,8 +63,8 @@ Trap inverse_noise_trap() {
   trap.plot = small_plot("Sponge (K 0.0059, m 2.1), target 0.8 N/mm", {"reaction force", "N", true},
                          {"noise gain", "1", true});
   report::PlotSeries bad = published("(4.23)"), good = ours("fused"), form{"k~ x/(m f)"};
-  form.colour = 2;
-  form.style = report::PlotSeries::Style::kPoints;
+  form.color = cli::palette(2);
+  form.marks_only();
   for (double force = 0.02; force < 4.1; force *= 1.3) {
     const Gains gains = noise_gains(force);
     for (auto [series, value] :
@@ -96,11 +96,10 @@ Trap static_sponge_trap() {
   constexpr double kSpeed = 100.0, kStepS = 1e-4;
   report::PlotSeries law = published("static (4.22)"), object = ours("simulated sponge"),
                      reported{"reported (D§4.6.2)"};
-  reported.colour = 2;
-  reported.style = report::PlotSeries::Style::kPoints;
-  reported.point_size = 1.0;
-  reported.x = {5.0};
-  reported.y = {0.5};
+  reported.color = cli::palette(2);
+  reported.marks_only();
+  reported.mark_size = 1.0;
+  reported.add(5.0, 0.5);
   sim::Material material(sim::object_preset("sponge_cut")->material, kStepS);
   double late_ms = 0.0;
   for (int i = 1; i <= 1200; ++i) {

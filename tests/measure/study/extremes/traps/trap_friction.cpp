@@ -45,8 +45,8 @@ Trap dahl_counting_trap() {
   trap.plot = small_plot("Friction after a turn, δ 0.3 mm, 30 mm/s", {"way since the turn", "mm"},
                          {"friction over f_c", "1"});
   report::PlotSeries bad = published("(4.14)"), good = ours("exact step"), truth{"closed form"};
-  truth.colour = 2;
-  truth.style = report::PlotSeries::Style::kPoints;
+  truth.color = cli::palette(2);
+  truth.marks_only();
   PublishedDahl twice(kPreslidingMm, -1.0);
   double z = -1.0, worst_published = 0.0, worst_here = 0.0;
   for (int i = 1; i <= 50; ++i) {

@@ -85,9 +85,9 @@ Trap staircase_trap(bool quick) {
   trap.plot = small_plot("15 reversals, step 0.1 then 0.02 N/mm after four; true threshold 0.8 N/mm",
                          {"reversals discarded", ""}, {"of the threshold", "%"});
   report::PlotSeries bias{"bias"}, scatter = ours("scatter");
-  bias.colour = 1;
-  bias.dashed = true;
-  for (auto* series : {&bias, &scatter}) series->style = report::PlotSeries::Style::kLinePoints;
+  bias.color = cli::palette(1);
+  bias.line = report::PlotLine::kDashed;
+  for (auto* series : {&bias, &scatter}) series->mark = report::PlotMark::kOfColor;
   for (int discarded = 0; discarded <= 8; ++discarded) {
     const Threshold t = threshold(discarded, sessions);
     bias.add(discarded, 100.0 * t.bias);

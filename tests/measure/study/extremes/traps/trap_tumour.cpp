@@ -64,7 +64,7 @@ Trap tumour_trap() {
   trap.plot = small_plot("A press of 10 mm in 0.1 s, K 0.45 N/mm, B 0.004 N·s/mm", {"time", "ms"},
                          {"|d_t|", "mm", true, 1e-3, 1e9});
   report::PlotSeries bad = published("(6.3)"), stable{"(6.3), B/(KT) 0.4"}, good = ours("(6.2) solved");
-  stable.colour = 5;
+  stable.color = cli::palette(5);
   ExplicitTumour tumour(ratio), slow(0.4);
   ExactTumour exact(ratio);
   double before = 0.0, pole = 0.0;

@@ -11,26 +11,24 @@ namespace hapticd::study {
 
 namespace extremes {
 
-report::SvgPlot small_plot(std::string title, report::PlotAxis x, report::PlotAxis y) {
-  report::SvgPlot plot;
+report::Plot small_plot(std::string title, report::PlotAxis x, report::PlotAxis y) {
+  report::Plot plot;
   plot.title = std::move(title);
   plot.x = std::move(x);
   plot.y = std::move(y);
-  plot.width_px = 640;
-  plot.height_px = 260;
   return plot;
 }
 
 report::PlotSeries published(std::string label) {
   report::PlotSeries series{std::move(label)};
-  series.colour = 1;
-  series.dashed = true;
+  series.color = cli::palette(1);
+  series.line = report::PlotLine::kDashed;
   return series;
 }
 
 report::PlotSeries ours(std::string label) {
   report::PlotSeries series{std::move(label)};
-  series.colour = 0;
+  series.color = cli::palette(0);
   return series;
 }
 
@@ -90,7 +88,7 @@ void run_traps(StudyContext& context) {
   for (const Trap& trap : traps) {
     if (trap.plot_name.empty()) continue;
     context.report.say(trap.name + ": " + trap.fails + " (" + trap.predicts + ").");
-    context.report.add_plot("trap_" + trap.plot_name, trap.plot);
+    context.report.add_plot("trap_" + trap.plot_name, trap.plot, {640, 260});
   }
 }
 

@@ -301,12 +301,12 @@ void study_set(StudyContext& context, const Set& set, const std::vector<Cycle>& 
                      fixed(100.0 * *figure.goal, 0), files});
     }
   }
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = set.name + ", " + cycles[shown].name + ": laws fitted to the other files";
   plot.x = {"displacement", "mm"};
   plot.y = {"force", "N"};
   plot.y.minimum = 0.0;
-  report::PlotSeries measured{"measured", {}, {}};
+  report::PlotSeries measured{"measured"};
   for (const identification::PalpationSample& s : cycles[shown].samples) {
     measured.add(s.displacement_mm, s.normal_force_n);
   }

@@ -106,7 +106,7 @@ void add_residual(StudyContext& context, const std::string& set, const std::stri
 
 void plot_loop(StudyContext& context, const FrictionRecording& judged,
                const std::vector<std::pair<std::string, FittedLaw>>& laws) {
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Reciprocating friction: a cycle the laws were not fitted to";
   plot.x = {"position", "mm"};
   plot.y = {"friction", "N"};
@@ -117,7 +117,7 @@ void plot_loop(StudyContext& context, const FrictionRecording& judged,
   std::size_t to = from;
   while (to < rows.size() && rows[to].passage < 6) ++to;
   const double middle_mm = 0.5 * (rows[from].along_mm + rows[(from + to) / 2].along_mm);
-  report::PlotSeries measured{"measured", {}, {}, report::PlotSeries::Style::kPoints};
+  report::PlotSeries measured = report::dots("measured");
   for (std::size_t i = from; i < to; i += 3) {
     measured.add(rows[i].along_mm - middle_mm, rows[i].friction_n);
   }
@@ -212,7 +212,7 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
   report::MarkdownTable table({"file", "level N", "published N", "error %", "first half N", "second half N",
                                "halves differ %", "residual within %", "across %", "pressure differs bar",
                                "level less pressure N"});
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Seal friction, O-ring at 1 bar: force less its offset";
   plot.x = {"position", "mm"};
   plot.y = {"friction", "N"};
@@ -290,7 +290,7 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
       for (RecordedFriction& r : other) r.normal_n = 10.0;
       const std::vector<identification::FrictionRow> judged = rows_of(other);
       const std::vector<double> predicted = fitted.predict(judged);
-      report::PlotSeries measured{"measured, second half", {}, {}, report::PlotSeries::Style::kPoints};
+      report::PlotSeries measured = report::dots("measured, second half");
       report::PlotSeries model{"Dahl, fitted to the first half"};
       for (std::size_t i = 0; i < judged.size() && i < 1500; ++i) {
         if (!judged[i].settled) continue;

@@ -191,14 +191,14 @@ std::vector<MethodResult> measure_all(const Data& data, double seconds) {
 }
 
 void show_curves(StudyContext& context, const std::vector<MethodResult>& all, const Data& data) {
-  report::SvgPlot plot;
+  report::Plot plot;
   plot.title = "Contact: delay of detection against false alarms (after D Fig. 3.4)";
   plot.x = {"mean delay of detection, taps at 100-800 mm/s", "ms"};
   plot.x.minimum = 0.0;
   plot.y = {"tenths of a second with a false alarm, plus 0.1", "1/min", true};
   for (const MethodResult& method : all) {
     report::PlotSeries series{method.name + (method.is_default ? " (default)" : "")};
-    series.style = report::PlotSeries::Style::kLinePoints;
+    series.mark = report::PlotMark::kOfColor;
     for (const CurvePoint& point : method.curve) {
       series.add(point.delay_ms, point.alarms_per_min + 0.1);
     }
