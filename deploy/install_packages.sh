@@ -11,7 +11,7 @@ declare -A packages=(
   [build]="cmake ninja-build g++ lld ccache pkg-config python3 help2man"
   # What the configuration of the build looks for, the test framework included.
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler python3-protobuf
-               libmodbus-dev libasio-dev libboost-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
+               libmodbus-dev libboost-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
                libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libkainjow-mustache-dev
                libsqlitecpp-dev libsqlite3-dev libssl-dev libsystemd-dev prometheus-cpp-dev zlib1g-dev libzstd-dev libhdf5-dev
                libgtest-dev libbenchmark-dev libceres-dev libopenigtlink-dev"

@@ -3,7 +3,8 @@
 #include <pthread.h>
 
 #include <algorithm>
-#include <asio.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
 #include <cmath>
 #include <exception>
 #include <limits>
@@ -38,10 +39,10 @@ hal::SensorInfo info_of(const NetFtConfig& config) {
 }
 
 hal::Result<std::string> numeric_address(const std::string& address, const std::string& place) {
-  asio::error_code code;
-  if (!asio::ip::make_address(address, code).is_unspecified() && !code) return address;
-  asio::io_context context;
-  asio::ip::udp::resolver resolver(context);
+  boost::system::error_code code;
+  if (!boost::asio::ip::make_address(address, code).is_unspecified() && !code) return address;
+  boost::asio::io_context context;
+  boost::asio::ip::udp::resolver resolver(context);
   const auto found = resolver.resolve(address, "", code);
   if (!code && !found.empty()) return found.begin()->endpoint().address().to_string();
   return hal::Error{.what = "the address of the box is unknown: " + code.message(),

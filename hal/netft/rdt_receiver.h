@@ -1,8 +1,12 @@
 #pragma once
 
 #include <array>
-#include <asio.hpp>
 #include <atomic>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <future>
 #include <optional>
@@ -47,12 +51,12 @@ class RdtStream::Receiver {
 
   RdtTotals totals() {
     std::promise<RdtTotals> promise;
-    asio::post(context_, [&] { promise.set_value(totals_); });
+    boost::asio::post(context_, [&] { promise.set_value(totals_); });
     return promise.get_future().get();
   }
 
   void set_bias(const SixAxes<double>& bias_counts, std::uint32_t serial) {
-    asio::post(context_, [this, bias_counts, serial] {
+    boost::asio::post(context_, [this, bias_counts, serial] {
       totals_.bias_counts = bias_counts;
       totals_.bias_serial = serial;
       to_tick_.publish(totals_);
@@ -60,21 +64,21 @@ class RdtStream::Receiver {
   }
 
   void set_bias_serial(std::uint32_t serial) {
-    asio::post(context_, [this, serial] {
+    boost::asio::post(context_, [this, serial] {
       totals_.bias_serial = serial;
       to_tick_.publish(totals_);
     });
   }
 
   void command(RdtCommand command) {
-    asio::post(context_, [this, command] { send(command); });
+    boost::asio::post(context_, [this, command] { send(command); });
   }
 
  private:
   void send(RdtCommand command) noexcept {
     const auto request = rdt_request(command);
-    asio::error_code code;
-    socket_.send_to(asio::buffer(request), box_, 0, code);
+    boost::system::error_code code;
+    socket_.send_to(boost::asio::buffer(request), box_, 0, code);
     if (code) count(counters_.send_errors);
   }
 
@@ -112,11 +116,11 @@ class RdtStream::Receiver {
   hal::LatestValue<RdtTotals>& to_tick_;
   RdtCounters& counters_;
 
-  asio::io_context context_{1};
-  asio::ip::udp::socket socket_;
-  asio::steady_timer timer_;
-  asio::ip::udp::endpoint box_;
-  asio::ip::udp::endpoint sender_;
+  boost::asio::io_context context_{1};
+  boost::asio::ip::udp::socket socket_;
+  boost::asio::steady_timer timer_;
+  boost::asio::ip::udp::endpoint box_;
+  boost::asio::ip::udp::endpoint sender_;
   /// One byte more than the longest datagram, so that a longer one does not look like it.
   std::array<std::uint8_t, kRdtMostRecords * kRdtRecordBytes + 1> buffer_{};
   std::array<RdtRecord, kRdtMostRecords> records_{};

@@ -15,7 +15,7 @@ namespace hapticd::netft {
 
 namespace {
 
-using asio::ip::udp;
+using boost::asio::ip::udp;
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 /// The default of 212 kB holds 277 datagrams of this size, 40 ms at 7 kHz: less than the stalls of an
@@ -27,8 +27,8 @@ constexpr std::int64_t kRequestEffectNs = 5 * kSecondNs;
 }  // namespace
 
 std::optional<hal::Error> RdtStream::Receiver::open() {
-  asio::error_code code;
-  const asio::ip::address address = asio::ip::make_address(settings_.address, code);
+  boost::system::error_code code;
+  const boost::asio::ip::address address = boost::asio::ip::make_address(settings_.address, code);
   box_ = udp::endpoint(address, static_cast<std::uint16_t>(settings_.port));
   if (!code) socket_.open(box_.protocol(), code);
   if (!code) socket_.bind(udp::endpoint(box_.protocol(), 0), code);
@@ -41,8 +41,8 @@ std::optional<hal::Error> RdtStream::Receiver::open() {
                       .remedy = "check the address, and the limits of the system on open files"};
   }
   // The kernel may allow less; too small a buffer shows as gaps.
-  asio::error_code ignored;
-  socket_.set_option(asio::socket_base::receive_buffer_size(kReceiveBufferBytes), ignored);
+  boost::system::error_code ignored;
+  socket_.set_option(boost::asio::socket_base::receive_buffer_size(kReceiveBufferBytes), ignored);
   return std::nullopt;
 }
 
@@ -73,9 +73,9 @@ std::string RdtStream::Receiver::run(int fifo_priority) {
 }
 
 void RdtStream::Receiver::stop() noexcept {
-  asio::post(context_, [this] {
+  boost::asio::post(context_, [this] {
     send(RdtCommand::kStop);
-    asio::error_code ignored;
+    boost::system::error_code ignored;
     socket_.close(ignored);
     timer_.cancel();
     stopped_ = true;
@@ -96,8 +96,8 @@ void RdtStream::Receiver::request_stream() noexcept {
 void RdtStream::Receiver::receive() {
   // False until the wait has begun: it may throw if memory is short, and supervise() then begins it again.
   receiving_ = false;
-  socket_.async_receive_from(asio::buffer(buffer_), sender_,
-                             [this](const asio::error_code& code, std::size_t length) {
+  socket_.async_receive_from(boost::asio::buffer(buffer_), sender_,
+                             [this](const boost::system::error_code& code, std::size_t length) {
                                if (stopped_) return;
                                receiving_ = !code;
                                if (code) return;  // supervise() begins again: no error may spin here
@@ -223,7 +223,7 @@ void RdtStream::Receiver::supervise() {
       std::clamp<std::chrono::nanoseconds>(std::min(settings_.stale_after, settings_.retry_first) / 2,
                                            std::chrono::milliseconds(2), std::chrono::milliseconds(50));
   timer_.expires_after(period);
-  timer_.async_wait([this](const asio::error_code&) {
+  timer_.async_wait([this](const boost::system::error_code&) {
     if (stopped_) return;
     if (!receiving_) receive();
     check_silence(monotonic_ns());
