@@ -71,7 +71,7 @@ wait_for_background() {
 }
 # In virtual time, and all but `trust` on one core each: two rows next to one another, about as long as each other.
 in_background studies identify trust friction tumour
-studies rig explore loading onset transients
+studies rig explore loading onset transients stability uncertainty
 wait_for_background
 # These are live and mostly wait. A quick run has two of them at a time: no text is held to its times.
 mostly_waiting() {

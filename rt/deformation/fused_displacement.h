@@ -15,6 +15,15 @@ namespace hapticd::rt {
 /// θ is the error of the direction, which stays much the same over a path ℓ; ε the law's own error, which
 /// stays the same for a time τ and so counts as one reading in τ/T. g is in (0, 1): the estimate is always
 /// between the two.
+///
+/// P is good for weighing, not for telling: a law is off by the same in a whole contact, and no number of
+/// readings averages that out. So its share w in the estimate is followed, and deviation_mm() is
+///
+///   w = (1 - g) w + g,  V = (1 - g)² (V + θ² ℓ |Δp_t|) + g² (∂x/∂f σ_f)²,  σ² = V + (w (b ε x_max + x_b))²
+///
+/// x_max is the deepest so far: what a law makes of a release is off by what it made of the press. b and x_b
+/// were chosen on the separable family of simulated objects and hold on the general one (`hapticd_study
+/// uncertainty`).
 class FusedDisplacement {
  public:
   /// `law_error`: ε; `force_noise_n`: σ_f.
@@ -28,6 +37,7 @@ class FusedDisplacement {
   void update(double path_mm, double slide_mm, const LawEstimate& law, double periods = 1.0) noexcept;
 
   double displacement_mm() const noexcept { return displacement_mm_; }
+  /// Standard deviation of displacement_mm().
   double deviation_mm() const noexcept;
 
  private:
@@ -35,6 +45,8 @@ class FusedDisplacement {
   static constexpr double kDirectionPathMm = 5.0;     // ℓ
   static constexpr double kLawErrorTimeS = 0.05;      // τ
   static constexpr double kLawOffsetMm = 0.05;        // x_0
+  static constexpr double kBiasShare = 0.65;        // b: ε is an rms over a whole palpation, its worst included
+  static constexpr double kBiasMm = 0.03;           // x_b
   static constexpr double kMinPeriods = 0.05;         // a reading that comes almost at once hardly counts
 
   double law_error_;
@@ -43,6 +55,9 @@ class FusedDisplacement {
   double displacement_mm_ = 0.0;
   double variance_mm2_ = 0.0;
   double min_variance_mm2_ = 0.0;
+  double law_share_ = 0.0;         ///< w
+  double own_variance_mm2_ = 0.0;  ///< V: of the path and of the force's noise
+  double deepest_mm_ = 0.0;        ///< x_max
 };
 
 }  // namespace hapticd::rt

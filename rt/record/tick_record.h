@@ -147,7 +147,7 @@ struct TickRecord {
   double sliding_mm_per_s = 0.0;  ///< speed across the normal
   // channel::kFusion
   double law_displacement_mm = 0.0;        ///< what the contact law alone makes of the force
-  double displacement_deviation_mm = 0.0;  ///< standard deviation of displacement_mm as the filter sees it
+  double displacement_deviation_mm = 0.0;  ///< standard deviation of displacement_mm
   // channel::kPassivity
   double hand_energy_mj = 0.0;                ///< taken from the hand since the contact began
   double passivity_damping_n_s_per_mm = 0.0;  ///< what the controller adds

@@ -31,7 +31,7 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       end_(resolved.guard.max_force_n),
       reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                          reaction_delay_s(resolved.controller, rig.rate_hz),
-                     rig.rate_hz),
+                     rig.rate_hz, true),
       displacement_lead_s_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                            reaction_delay_s(resolved.controller, rig.rate_hz)),
       back_drive_(resolved.compensation.back_drive ? rig.device.coulomb_friction_n : 0.0) {}
@@ -93,6 +93,7 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
       .contact_depth_mm = contact_depth_mm_,
       .acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2())};
   contact_.detect(input);
+  if (contact_.begins()) reaction_lead_.begin();
   if (contact_.begins() || (now.interval.is_gap && !contact_.in_contact())) late_.reset();
   if (contact_.detector().just_declared()) {
     contact_depth_mm_ = looks_back_ ? contact_.onset_mm() : now.depth_mm;
@@ -146,9 +147,9 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   // off k τ alone would leave less than none.
   double reaction_n = now.reaction_n;
   if (reaction_lead_.is_on()) {
-    const double ahead_mm = displacement_lead_s_ * motion_.velocity_mm_per_s();
-    reaction_n += compensation_share(target_n_per_mm) *
-                  (reaction_lead_.update(now.reaction_n, now.interval) - target_n_per_mm * ahead_mm);
+    const double lead_n = reaction_lead_.update(now.reaction_n, now.interval);
+    const double ahead_mm = reaction_lead_.share() * displacement_lead_s_ * motion_.velocity_mm_per_s();
+    reaction_n += compensation_share(target_n_per_mm) * (lead_n - target_n_per_mm * ahead_mm);
   }
   if (!contact_.in_contact()) return {};
   const double encoder_mm = now.depth_mm - contact_depth_mm_ - friction_deflection_mm(target_n_per_mm);

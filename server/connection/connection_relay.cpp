@@ -95,11 +95,22 @@ void ConnectionRelay::run() {
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(look_at - Clock::now());
     const int count = epoll_wait(epoll_, events.data(), static_cast<int>(events.size()),
                                  static_cast<int>(std::max<std::int64_t>(0, wait.count())));
+    // A step of a handshake may take milliseconds: one a turn, of the one that epoll has kept waiting
+    // longest.
+    std::uint64_t handshake = 0;
     for (int i = 0; i < count; ++i) {
       const std::uint64_t number = events[static_cast<std::size_t>(i)].data.u64;
       const auto found = connections_.find(number);
-      if (found != connections_.end() && !found->second->is_ended) serve(*found->second, buffer);
+      if (found == connections_.end() || found->second->is_ended) continue;
+      if (found->second->state != RelayedConnection::State::kShakingHands) {
+        serve(*found->second, buffer);
+      } else if (handshake == 0) {
+        handshake = number;
+      }
     }
+    if (const auto found = connections_.find(handshake);
+        found != connections_.end() && !found->second->is_ended)
+      serve(*found->second, buffer);
     {
       const MutexLock lock(mutex_);
       if (ending_) return;

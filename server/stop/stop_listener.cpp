@@ -119,9 +119,9 @@ void StopListener::run() {
     for (std::size_t i = 0; i < kMaxConnections; ++i) {
       Connection& connection = connections_[i];
       connection.has_come = connection.descriptor >= 0 && watched_[first + i].revents != 0;
-      if (connection.has_come && !connection.is_new()) serve(connection);
+      if (connection.has_come && !connection.is_shaking_hands) serve(connection);
     }
-    begin_one_handshake();
+    take_one_step_of_a_handshake();
     for (std::size_t i = 0; i < parts_.listening.size(); ++i) {
       if (watched_[3 + i].revents != 0) accept_all(parts_.listening[i]);
     }
@@ -216,13 +216,13 @@ void StopListener::accept_all(int listening) {
   }
 }
 
-// Begins one handshake. Its first step takes most of a millisecond: those that are there already, and those
-// that come, are looked at in between.
-void StopListener::begin_one_handshake() {
+// A step takes up to some milliseconds, as a stranger's certificates are decoded before they are judged:
+// those that are there already, and those that come, are looked at in between.
+void StopListener::take_one_step_of_a_handshake() {
   Connection* chosen = nullptr;
   std::size_t least = 0;
   for (Connection& one : connections_) {
-    if (!one.has_come || !one.is_new()) continue;
+    if (!one.has_come || one.descriptor < 0 || !one.is_shaking_hands) continue;
     const std::size_t count = count_of(connections_, one.client);
     const bool goes_first =
         chosen == nullptr || count < least || (count == least && one.begun > chosen->begun);
@@ -231,7 +231,7 @@ void StopListener::begin_one_handshake() {
     chosen = &one;
   }
   if (chosen == nullptr) return;
-  chosen->tls = parts_.tls->accept(chosen->descriptor);
+  if (!chosen->tls) chosen->tls = parts_.tls->accept(chosen->descriptor);
   if (!chosen->tls) return release(*chosen);
   serve(*chosen);
 }

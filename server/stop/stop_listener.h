@@ -65,17 +65,15 @@ class StopListener {
     std::size_t discarded = 0;  ///< bytes that came after its answer
     StopReport report{};
     std::unique_ptr<TlsSession> tls{};
-    /// True if the handshake has not begun.
-    bool is_new() const { return is_shaking_hands && !tls; }
   };
 
   void run();
   void serve_signals();
   void serve_datagrams();
   void accept_all(int listening);
-  /// Begins the handshake of the client that has the fewest connections, and of those the newest: a client
-  /// that connects again and again keeps no other waiting.
-  void begin_one_handshake();
+  /// Goes on with the handshake of the client that has the fewest connections, and of those the newest: a client
+  /// that connects again and again keeps no other waiting, and one in the middle of many handshakes no newer one.
+  void take_one_step_of_a_handshake();
   void serve(Connection& connection);
   void answer(Connection& connection, bool is_stop);
   void release(Connection& connection);

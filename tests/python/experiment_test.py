@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -234,3 +235,26 @@ def test_a_ball_that_was_touched_becomes_a_surface() -> None:
         scan.surface_toml(touches * [1.0, 0.0, 1.0])
     with pytest.raises(BadArgument, match="too fine"):
         scan.surface_toml(touches, 0.1)
+
+
+def test_a_journal_that_is_no_file_or_cannot_be_written_again_is_refused(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.jsonl"
+    os.mkfifo(pipe)
+    for endless in (pipe, Path("/dev/zero")):
+        with pytest.raises(BadFile, match="no regular file"):
+            journal.read(endless)
+        with pytest.raises(BadFile, match="no regular file"):
+            protocol.read(str(endless))
+    for line in (b'{"event": "\\ud800"}\n', b'{"event": "begin", "seed": NaN}\n', b'{"event": "begin", "seed": 1e999}\n'):
+        with pytest.raises(BadFile, match="no event"):
+            journal.parse(line, "a journal")
+
+
+def test_an_answer_that_no_one_gives_is_refused() -> None:
+    one = protocol.read("stiffness_3d")
+    begin = session.begin(one, "P01", 1, 7, {})
+    answer = {"event": "answer", "condition": "a", "training": True, "comparison_felt": "harder"}
+    session.fold([begin, answer])
+    for wrong in ({"comparison_felt": "hard"}, {"comparison_felt": None}, {"training": 1}, {"training": "no"}):
+        with pytest.raises(BadFile, match="do not follow"):
+            session.fold([begin, {**answer, **wrong}])

@@ -53,7 +53,7 @@ std::shared_ptr<ssl::context> context_from(const std::string& folder) {
   }
   // As the daemon: other key exchanges, and a hundred certificates, would have a stranger cost much time.
   SSL_CTX_set1_groups_list(context->native_handle(), "X25519:P-256");
-  SSL_CTX_set_max_cert_list(context->native_handle(), 8192);
+  SSL_CTX_set_max_cert_list(context->native_handle(), 1536);
   // A session that is taken up again shows no certificate.
   SSL_CTX_set_session_cache_mode(context->native_handle(), SSL_SESS_CACHE_OFF);
   SSL_CTX_set_options(context->native_handle(), SSL_OP_NO_TICKET);

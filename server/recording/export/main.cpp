@@ -3,8 +3,11 @@
 
 #include <fmt/core.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstring>
 #include <exception>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -30,6 +33,24 @@ void be_modest() {
   setrlimit(RLIMIT_AS, &memory);
 #endif
   std::ofstream("/proc/self/oom_score_adj") << 800;
+}
+
+/// What is said if the HDF5 library fails on a damaged file.
+const char* words_of_a_crash = "hapticd-export: the HDF5 library failed on the recording; it is damaged\n";
+
+/// Says so instead of ending by a signal: the library reads what a file says of itself without doubt.
+void name_crashes(bool json) {
+  if (json) {
+    words_of_a_crash =
+        R"({"what": "the HDF5 library failed on the recording", "where": "", "value": "", "limit": "", "remedy": "it is damaged: take another copy", "is_full": false})"
+        "\n";
+  }
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
+    std::signal(number, [](int) {
+      const ssize_t written = write(STDERR_FILENO, words_of_a_crash, std::strlen(words_of_a_crash));
+      _exit(written < 0 ? 1 : kRefused);
+    });
+  }
 }
 
 int refuse(const hapticd::hal::Error& error, bool json) {
@@ -91,6 +112,9 @@ int main(int argc, char** argv) {
     if (is_csv) request.format = TableFormat::kCsv;
   }
   be_modest();
+#ifndef HAPTICD_SANITIZED  // which has handlers for them
+  name_crashes(json_errors);
+#endif
   if (refuse_links) request.links = hapticd::recording::Links::kRefused;
   try {
     if (const auto error = export_table(request)) return refuse(*error, json_errors);

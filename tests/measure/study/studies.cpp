@@ -106,6 +106,19 @@ const std::vector<Study>& studies() {
        {
            {"force", "first force, its depth and the steepest slope, by object, device and speed", run_onset},
        }},
+      {"stability",
+       "whether what is granted is stable on a rig that is other than it is taken to be",
+       {
+           {"granted", "granted targets that swing, by structural mode, delay, late ticks and wrong stiffness",
+            run_granted_stability, PlantUse::kBoth, true},
+       }},
+      {"uncertainty",
+       "whether the deviations that are stated are true",
+       {
+           {"displacement", "errors of the displacement within its deviation", run_displacement_coverage},
+           {"parameters", "errors of the rig's identified parameters within their standard errors",
+            run_parameter_coverage, PlantUse::kNone},
+       }},
       {"trust",
        "where nothing is touched the device gives no force, whatever a clock, a sensor or an object does",
        {

@@ -19,6 +19,8 @@ Event = dict[str, Any]
 
 #: Bytes of an event: the largest is the protocol with the texts of its scenes.
 MAX_LINE = 4 << 20
+#: Bytes of a journal: some hundred thousand events.
+MAX_BYTES = 256 << 20
 
 
 def to_line(event: Mapping[str, Any]) -> bytes:
@@ -34,6 +36,7 @@ def parse(content: bytes, where: str) -> tuple[list[Event], int]:
             if len(line) > MAX_LINE:
                 raise ValueError
             event = json.loads(line.decode("utf-8"))
+            to_line(event)  # half a character, NaN and 1e999 could not be written again
         except (ValueError, RecursionError) as error:  # the latter: brackets a thousand deep
             limit = f"JSON, at most {MAX_LINE} bytes"
             raise BadFile("this line is no event", where=f"{where}, line {number}", value=repr(line[:80]), limit=limit) from error
@@ -47,7 +50,12 @@ def parse(content: bytes, where: str) -> tuple[list[Event], int]:
 def read(path: Path) -> list[Event]:
     """The whole events of a journal."""
     try:
-        content = path.read_bytes()
+        if path.exists() and not path.is_file():  # a pipe may never end
+            raise BadFile("this is no regular file", where=str(path))
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise BadFile("this is too large for a journal", where=str(path), limit=f"at most {MAX_BYTES} bytes")
     except OSError as error:
         raise BadFile(error.strerror or "it cannot be read", where=str(path)) from error
     return parse(content, str(path))[0]

@@ -128,6 +128,10 @@ def _rendered(first: Event) -> dict[str, float]:
 def apply(state: State, event: Mapping[str, Any]) -> None:
     """One event later."""
     kind = event["event"]
+    if kind in ("presentation", "answer", "discarded") and not isinstance(event["training"], bool):
+        raise ValueError(f"training is {event['training']!r}")
+    if kind == "answer" and event["comparison_felt"] not in ("harder", "same", "softer"):
+        raise ValueError(f"comparison_felt is {event['comparison_felt']!r}")
     if kind == "condition":
         name = event["condition"]
         state.series[name] = state.protocol.series(

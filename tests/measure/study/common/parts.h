@@ -24,6 +24,8 @@ Part run_estimators, run_chain, run_resume, run_guided_presses, run_python_telem
 Part run_friction_target, run_friction_stiffness, run_transient_frequency, run_transient_hardness;
 // faults, loading, onset
 Part run_faults, run_loading_error, run_loading_budget, run_onset;
+// stability, uncertainty
+Part run_granted_stability, run_displacement_coverage, run_parameter_coverage;
 // report
 Part run_motion_precision, run_detection_precision, run_estimation_precision, run_modulation_precision;
 Part run_identification_precision, run_rate_precision, run_integrator_precision;

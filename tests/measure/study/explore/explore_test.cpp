@@ -20,6 +20,7 @@
 #include "tests/measure/study/common/scenes.h"
 #include "tests/measure/study/common/shadow.h"
 #include "tests/measure/study/explore/stroke_judge.h"
+#include "tests/measure/study/uncertainty/displacement_coverage.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::sim {
@@ -43,6 +44,27 @@ sim::HandProgram strokes(double force_n, double speed_mm_per_s) {
   hand.approach_mm_per_s = 40.0;
   hand.force_rate_n_per_s = 6.0;
   return hand;
+}
+
+TEST(Uncertainty, OfTheDisplacementIsTrueOnAFamilyThatItWasNotChosenOn) {
+  const OnPlant general(sim::Plant::kGeneral);
+  Coverage pressing, letting_go;
+  for (const std::string object : {"sponge_cut", "rubber_ball_3d"}) {
+    const StrokeCoverage found = stroke_coverage(object, rt::Tip::kRod, {3.0, 5.0}, {80.0});
+    pressing.add(found.pressing);
+    letting_go.add(found.letting_go);
+  }
+  EXPECT_GT(pressing.share(2), 0.85);
+  EXPECT_GT(letting_go.share(2), 0.85);
+  EXPECT_LT(pressing.share(1), 0.95) << "nor is it far too large";
+}
+
+TEST(Coverage, CountsWhatIsWithinOneAndTwo) {
+  Coverage coverage;
+  for (const double error : {0.5, -0.9, 1.5, -1.9, 3.0}) coverage.add(error, 1.0);
+  coverage.add(1.0, 0.0);  // an error without a deviation is never within it
+  EXPECT_DOUBLE_EQ(coverage.share(1), 2.0 / 6.0);
+  EXPECT_DOUBLE_EQ(coverage.share(2), 4.0 / 6.0);
 }
 
 TEST(StrokeJudge, TellsALimitCycleFromASlowMotion) {

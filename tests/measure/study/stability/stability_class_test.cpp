@@ -8,6 +8,7 @@
 #include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/van_der_pol.h"
 #include "tests/measure/study/stability/analytic_bound.h"
+#include "tests/measure/study/stability/granted.h"
 #include "tests/measure/study/stability/scaled_object.h"
 #include "tests/measure/study/stability/stability_trial.h"
 
@@ -23,6 +24,28 @@ StabilityClass class_of(Signal signal) {
   StabilityJudge judge(kRateHz);
   for (int i = 0; i < 2000; ++i) judge.add(signal(i / kRateHz));
   return judge.verdict();
+}
+
+TEST(Granted, AnEraserIsHeldStillOnAStructureThatSwingsAt70Hz) {
+  StabilityTrial trial = granted_trial({.device = "phantom_1_0", .object_n_per_mm = 2.26, .mode_hz = 70.0});
+  for (const double press_n : {2.0, 4.0}) {
+    trial.press_n = press_n;
+    for (const double target : {0.6, 0.7, 0.8}) {
+      EXPECT_TRUE(is_stable(run_trial(trial, target).verdict)) << press_n << " N, " << target << " N/mm";
+    }
+  }
+}
+
+TEST(Granted, LateTicksAndAStifferStructureLeaveItStill) {
+  for (const std::string device : {"phantom_1_0", "phantom_1_5_high_force"}) {
+    for (const double object : {1.0, 100.0}) {
+      for (const double scale : {1.0, 1.3}) {
+        const StabilityTrial trial = granted_trial({device, object, 100.0, "none", true, scale});
+        const double target = trial.scene.max_target_stiffness_n_per_mm;
+        EXPECT_TRUE(is_stable(run_trial(trial, target).verdict)) << device << ", " << object << ", " << scale;
+      }
+    }
+  }
 }
 
 TEST(StabilityJudge, LetsRestAndWhatDiesAwayBeStable) {

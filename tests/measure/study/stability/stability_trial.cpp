@@ -34,7 +34,7 @@ sim::HandProgram hand_of(const StabilityTrial& trial) {
     weight.knock_n = trial.knock_n;
     return weight;
   }
-  sim::HandProgram hand = pressing(kPressN);
+  sim::HandProgram hand = pressing(trial.press_n);
   hand.force_rate_n_per_s = 8.0;
   hand.knock_n = trial.knock_n;
   hand.grip_stiffness_scale = trial.grip_stiffness_scale;

@@ -21,6 +21,7 @@ struct StabilityTrial {
   double grip_stiffness_scale = 1.0;
   double grip_damping_scale = 1.0;
   double knock_n = 1.0;
+  double press_n = 4.0;
 
   const sim::ObjectModel& object() const { return *rig.custom_object; }
   double object_n_per_mm() const { return object().material.stiffness_at_4n_n_per_mm; }
