@@ -28,6 +28,25 @@ void BasicContactStage<Value>::reset() noexcept {
   is_zero_ = false;
   waiting_s_ = load_s_ = 0.0;
   missed_loads_ = 0;
+  since_proven_s_ = kLeftS;
+}
+
+template <class Value>
+void BasicContactStage<Value>::remember_proven(const Input& now) noexcept {
+  const double least_n = in_motion_.kMaxN;  // of less the direction is noise
+  if (!evidence_.proven() || force_n_ < least_n) return;
+  since_proven_s_ = 0.0;
+  proven_mm_ = now.free_motion.position_mm;
+  proven_n_ = residual_.residual_n();
+}
+
+template <class Value>
+bool BasicContactStage<Value>::has_left_object(const Input& now) const noexcept {
+  if (since_proven_s_ >= kLeftS || force_n_ >= in_motion_.kMaxN) return false;
+  if (parameters_.method != ContactMethod::kMatchedInertia) return false;
+  // The residual points into what pushes.
+  const double into_n_mm = inner(now.free_motion.position_mm - proven_mm_, proven_n_);
+  return into_n_mm < -kLeftMm * magnitude(proven_n_);
 }
 
 template <class Value>
@@ -49,7 +68,11 @@ void BasicContactStage<Value>::count_missed_loads(const TickInterval& interval) 
 template <class Value>
 void BasicContactStage<Value>::follow_free_reading(const Input& now) noexcept {
   const bool is_beyond = force_n_ >= detector_.threshold_n();
-  if (is_beyond && parameters_.method == ContactMethod::kMatchedInertia) {
+  since_proven_s_ = std::min(since_proven_s_ + now.interval.s, kLeftS);
+  if (has_left_object(now)) {
+    is_zero_ = true;
+    in_motion_.reset();
+  } else if (is_beyond && parameters_.method == ContactMethod::kMatchedInertia) {
     is_zero_ = in_motion_.update(residual_.residual_n(), now.tip_mm, now.interval.s);
   } else {
     is_zero_ = false;
@@ -128,6 +151,7 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
   if (begins_) evidence_.begin();
   held_tip_mm_ = now.tip_mm;
   held_n_ = now.reaction_n;
+  remember_proven(now);
 }
 
 template <class Value>

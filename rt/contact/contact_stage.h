@@ -122,6 +122,11 @@ class BasicContactStage {
   /// object is held.
   bool is_still_held(const Input& now) const noexcept;
   void follow_free_reading(const Input& now) noexcept;
+  /// Remembers where a proven contact was and which way the object pushed.
+  void remember_proven(const Input& now) noexcept;
+  /// Returns true if the tip has drawn back from a proven contact just now: what little is read is the zero,
+  /// which has drifted on unseen.
+  bool has_left_object(const Input& now) const noexcept;
   /// Counts the loads of kMissedN that came and went for kMissedS while a free tool was waited for.
   void count_missed_loads(const TickInterval& interval) noexcept;
 
@@ -130,11 +135,17 @@ class BasicContactStage {
   static constexpr double kMissedS = 0.3;
   static constexpr int kMissedLoads = 2;
   static constexpr double kSeenFreeS = 0.1;
+  static constexpr double kLeftS = 0.6;
+  static constexpr double kLeftMm = 2.0;
   static constexpr double kHeldMm = 0.1;
   static constexpr double kHeldShare = 0.9;
   static constexpr double kQuietDeviations = 2.5;  // of a single reading's noise
   static constexpr double kNoiseMeanS = 0.01;      // what changes more slowly, the slope's acceleration takes
 
+  // Of the last tick of a proven contact.
+  double since_proven_s_ = kLeftS;
+  Value proven_mm_{};
+  Value proven_n_{};
   BasicReadingInMotion<Value> in_motion_;
   bool is_zero_ = false;
   double waiting_s_ = 0.0;

@@ -126,6 +126,8 @@ const std::vector<Study>& studies() {
             run_free_air, PlantUse::kBoth, true},
            {"contact", "real taps and presses under the same causes: missed, dropped, late", run_contact_kept,
             PlantUse::kBoth, true},
+           {"rendered", "share of the time pressed that is rendered, with zeros that are off or drift",
+            run_rendered_share, PlantUse::kBoth, true},
            {"settings", "all settings that are accepted, at random: force in free air, steps of force",
             run_settings, PlantUse::kSeparable, true},
        }},

@@ -12,6 +12,7 @@
 #include "server/model/model_file.h"
 #include "tests/measure/study/common/explore_study.h"
 #include "tests/measure/study/common/plant.h"
+#include "tests/measure/study/trust/rendered_trial.h"
 #include "tests/measure/study/trust/settings_search.h"
 #include "tests/measure/study/trust/trust_trial.h"
 #include "tests/support/free_air_judge.h"
@@ -111,6 +112,24 @@ TEST_P(NothingThere, NothingFelt) {
   ASSERT_GT(outcome.free_s, 3.0) << "there was free air to be judged";
   EXPECT_LE(outcome.max_n, FreeAirJudge::kMaxN) << "at " << outcome.max_at_s << " s";
   EXPECT_LE(outcome.longest_ms, 1e3 * FreeAirJudge::kWithinS) << "at " << outcome.longest_at_s << " s";
+}
+
+/// A zero that drifts by 2 mN/s on each axis is seen for what it is when a proven contact ends. Where it was
+/// followed only as a free tool's, a third to all of the presses went by in silence.
+TEST(Rendered, ThoughTheZeroDriftsFasterThanItIsFollowedInMotion) {
+  const OnPlant general(sim::Plant::kGeneral);
+  const TrustModels models{&identified("foam_ball_3d").model, nullptr};
+  for (const TrustCause& cause : rendered_causes()) {
+    if (cause.name != "zero_drift" || cause.level != "2 mN/s") continue;
+    for (const std::string scene : {"tap_1d", "explore_bearing"}) {
+      TrustCase trial;
+      trial.cause = &cause;
+      trial.scene = scene;
+      const RenderedShare share = rendered_share(trial, models);
+      ASSERT_GT(share.pressed_s, 10.0) << scene;
+      EXPECT_GT(share.rendered_s, 0.98 * share.pressed_s) << scene;
+    }
+  }
 }
 
 /// A jump that cancels a press to within the threshold hides it; the next one looks like a jump in free air.

@@ -114,6 +114,36 @@ TEST(ContactStage, AWrongZeroIsWithdrawnAndEarnsNothing) {
   EXPECT_TRUE(line.stage().zero_shows()) << "so that it can be followed";
 }
 
+TEST(ContactStage, WhatIsReadOnceTheTipHasDrawnBackFromAProvenContactIsTheZero) {
+  for (const double left_n : {0.01, 0.03, -0.03, 0.09}) {  // within the threshold, and beyond it
+    Line line;
+    for (int i = 0; i < 200; ++i) line.tick(-5.0, 0.0);
+    for (int i = 0; i < 300; ++i) line.tick(-5.0 + 0.03 * i, std::max(0.0, 0.4 * (-5.0 + 0.03 * i)));
+    ASSERT_EQ(line.stage().authority(), 1.0);
+    bool was_shown_near = false;
+    for (int i = 0; i < 300; ++i) {
+      const double depth_mm = 4.0 - 0.03 * i;
+      line.tick(depth_mm, std::max(0.0, 0.4 * depth_mm) + left_n);
+      was_shown_near = was_shown_near || (depth_mm > 0.0 && line.stage().zero_shows_in_motion());
+    }
+    EXPECT_FALSE(was_shown_near) << left_n << " N: it still touches";
+    EXPECT_TRUE(line.stage().zero_shows_in_motion()) << left_n << " N";
+    for (int i = 0; i < 1000; ++i) line.tick(-5.0, left_n);
+    EXPECT_FALSE(line.stage().zero_shows_in_motion()) << left_n << " N: long ago";
+  }
+}
+
+TEST(ContactStage, AfterALossInTheMiddleOfAnObjectALittleThatIsReadIsNotTheZero) {
+  Line line;
+  for (int i = 0; i < 200; ++i) line.tick(-5.0, 0.0);
+  for (int i = 0; i < 300; ++i) line.tick(-5.0 + 0.03 * i, std::max(0.0, 0.4 * (-5.0 + 0.03 * i)));
+  // It gives way under the tip, which goes on into it.
+  for (int i = 0; i < 300; ++i) {
+    line.tick(4.0 + 0.03 * i, 0.06);
+    EXPECT_FALSE(line.stage().zero_shows_in_motion()) << i;
+  }
+}
+
 TEST(ContactStage, LoadsThatComeAndGoWhileAFreeToolIsWaitedForAreReported) {
   Line line;
   constexpr double kWrongZeroN = 0.12;  // beyond what is taken over
