@@ -142,7 +142,7 @@ class BasicContactStage {
   static constexpr double kQuietDeviations = 2.5;  // of a single reading's noise
   static constexpr double kNoiseMeanS = 0.01;      // what changes more slowly, the slope's acceleration takes
 
-  // Of the last tick of a proven contact.
+  // The last tick of a proven contact:
   double since_proven_s_ = kLeftS;
   Value proven_mm_{};
   Value proven_n_{};
