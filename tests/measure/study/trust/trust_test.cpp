@@ -114,8 +114,8 @@ TEST_P(NothingThere, NothingFelt) {
   EXPECT_LE(outcome.longest_ms, 1e3 * FreeAirJudge::kWithinS) << "at " << outcome.longest_at_s << " s";
 }
 
-/// A zero that drifts by 2 mN/s on each axis is seen for what it is when a proven contact ends. Where it was
-/// followed only as a free tool's, a third to all of the presses went by in silence.
+/// A zero that drifts by 2 mN/s on each axis is seen for what it is when a proven contact ends. Followed
+/// only as a free tool's, it let a third to all of the presses go by in silence.
 TEST(Rendered, ThoughTheZeroDriftsFasterThanItIsFollowedInMotion) {
   const OnPlant general(sim::Plant::kGeneral);
   const TrustModels models{&identified("foam_ball_3d").model, nullptr};
