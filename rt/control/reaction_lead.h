@@ -21,10 +21,10 @@ namespace hapticd::rt {
 /// over the measured interval: second order, exact for a steady rate, stable for any interval.
 ///
 /// A structure may be softer or swing slower than the device's data say: there the damping that it takes away
-/// may be what kept the loop still. Then the lead goes to and fro faster than a hand does: after kReversals
+/// may be what kept the loop still. Then the lead changes its sign faster than a hand moves: after kReversals
 /// changes of its sign, each within kHalfSwingS of the one before and with at least kSwingN in between, it is
 /// given up. It is back with the next contact once it has been still for kStillS. Along one axis
-/// only: a tip that strokes over a rough surface makes the reaction go to and fro as well.
+/// only: a tip that strokes over a rough surface makes the reaction swing as well.
 class ReactionLead {
  public:
   static constexpr double kCutoffHz = 40.0;
@@ -55,17 +55,16 @@ class ReactionLead {
     since_turn_s_ += interval.s;
     peak_n_ = std::max(peak_n_, std::abs(lead_n));
     if ((lead_n < 0.0) != is_negative_) note_turn(lead_n);
-    return share_ * lead_n;
+    return is_given_up_ ? 0.0 : lead_n;
   }
   /// A contact begins.
   void begin() noexcept {
-    if (since_turn_s_ > kStillS) share_ = 1.0;
+    if (since_turn_s_ > kStillS) is_given_up_ = false;
   }
-  /// 0 once it was given up, else 1.
-  double share() const noexcept { return share_; }
+  bool is_given_up() const noexcept { return is_given_up_; }
   void reset() noexcept {
     reaction_n_ = once_n_ = twice_n_ = 0.0;
-    share_ = 1.0;
+    is_given_up_ = false;
     turns_ = 0;
   }
 
@@ -82,20 +81,20 @@ class ReactionLead {
     since_turn_s_ = peak_n_ = 0.0;
     if (turns_ < kReversals || !gives_way_) return;
     turns_ = 0;
-    share_ = 0.0;
+    is_given_up_ = true;
   }
 
   double gain_;
   double half_step_;  ///< ω T/2 of one period
   bool gives_way_;
-  double reaction_n_ = 0.0;  ///< of the tick before
-  double once_n_ = 0.0;      ///< the reaction behind one lag
-  double twice_n_ = 0.0;     ///< and behind two
-  double share_ = 1.0;
+  double reaction_n_ = 0.0;    ///< of the tick before
+  double once_n_ = 0.0;        ///< the reaction behind one lag
+  double twice_n_ = 0.0;       ///< and behind two
   double peak_n_ = 0.0;        ///< of the lead since it turned
   double since_turn_s_ = 0.0;  ///< since it turned last with kSwingN before
   int turns_ = 0;
   bool is_negative_ = false;
+  bool is_given_up_ = false;
 };
 
 }  // namespace hapticd::rt

@@ -148,7 +148,8 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   double reaction_n = now.reaction_n;
   if (reaction_lead_.is_on()) {
     const double lead_n = reaction_lead_.update(now.reaction_n, now.interval);
-    const double ahead_mm = reaction_lead_.share() * displacement_lead_s_ * motion_.velocity_mm_per_s();
+    const double ahead_mm =
+        reaction_lead_.is_given_up() ? 0.0 : displacement_lead_s_ * motion_.velocity_mm_per_s();
     reaction_n += compensation_share(target_n_per_mm) * (lead_n - target_n_per_mm * ahead_mm);
   }
   if (!contact_.in_contact()) return {};
@@ -171,7 +172,8 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
     desired = held_at(bound_n, encoder_mm);
   }
   is_held_ = hold_within_sensor(desired, encoder_mm);
-  // A little that is read at the surface and above it is most likely nothing: to take it off would pull at it.
+  // A little that is read at the surface and above it is most likely nothing: to take it off would pull at
+  // it.
   if (contact_.needs_evidence()) {
     const double sure = std::max(desired.displacement_mm / kSurfaceMm, now.reaction_n / kLittleN - 1.0);
     desired.force_n *= std::clamp(sure, 0.0, 1.0);

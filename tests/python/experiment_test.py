@@ -241,9 +241,9 @@ def test_a_journal_that_is_no_file_or_cannot_be_written_again_is_refused(tmp_pat
     pipe = tmp_path / "pipe.jsonl"
     os.mkfifo(pipe)
     for endless in (pipe, Path("/dev/zero")):
-        with pytest.raises(BadFile, match="no regular file"):
+        with pytest.raises(BadFile, match="not a regular file"):
             journal.read(endless)
-        with pytest.raises(BadFile, match="no regular file"):
+        with pytest.raises(BadFile, match="not a regular file"):
             protocol.read(str(endless))
     for line in (b'{"event": "\\ud800"}\n', b'{"event": "begin", "seed": NaN}\n', b'{"event": "begin", "seed": 1e999}\n'):
         with pytest.raises(BadFile, match="no event"):

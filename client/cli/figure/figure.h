@@ -65,8 +65,8 @@ struct FigurePanel {
   std::vector<FigureReference> references{};
 };
 
-/// What is drawn by hapticctl (plots, incidents, identifications, the demonstration), and by studies and
-/// benchmarks: see gnuplot.h.
+/// A drawing of some panels. hapticctl makes them of recordings, incidents, identifications and
+/// demonstrations; studies and benchmarks of what they measure. gnuplot.h draws it.
 struct Figure {
   std::string title{};
   int width_px = 1100;

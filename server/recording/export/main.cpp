@@ -35,7 +35,7 @@ void be_modest() {
   std::ofstream("/proc/self/oom_score_adj") << 800;
 }
 
-/// What is said if the HDF5 library fails on a damaged file.
+/// Message for the case that the HDF5 library fails on a damaged file.
 const char* words_of_a_crash = "hapticd-export: the HDF5 library failed on the recording; it is damaged\n";
 
 /// Says so instead of ending by a signal: the library reads what a file says of itself without doubt.

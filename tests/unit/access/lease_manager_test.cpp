@@ -25,7 +25,7 @@ Identity of(const std::string& name, ConnectionKind kind = ConnectionKind::kLoop
   return who;
 }
 
-/// What the manager did to the rest of the daemon.
+/// Records the effects of the manager on the rest of the daemon.
 struct Daemon {
   std::atomic<std::uint64_t> published{0};
   std::atomic<int> lost{0};

@@ -51,7 +51,7 @@ def read(path: Path) -> list[Event]:
     """The whole events of a journal."""
     try:
         if path.exists() and not path.is_file():  # a pipe may never end
-            raise BadFile("this is no regular file", where=str(path))
+            raise BadFile("this is not a regular file", where=str(path))
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
         if len(content) > MAX_BYTES:

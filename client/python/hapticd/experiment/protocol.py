@@ -136,7 +136,7 @@ def read(name: str) -> Protocol:
     """Raises BadFile with the key and what is accepted."""
     path = find(name)
     if path.exists() and not path.is_file():  # a pipe may never end
-        raise BadFile("this is no regular file", where=str(path))
+        raise BadFile("this is not a regular file", where=str(path))
     try:
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
