@@ -62,26 +62,6 @@ std::string painted_state(const v1::IdentificationProgress& progress, const Term
   }
 }
 
-/// Words broken into lines of at most `width` columns; a word that is longer is cut when it is shown.
-std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
-  std::vector<std::string> lines;
-  std::string line;
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string next = text.substr(begin, end - begin);
-    begin = end + 1;
-    if (next.empty()) continue;
-    if (!line.empty() && display_width(line) + 1 + display_width(next) > width) {
-      lines.push_back(line);
-      line.clear();
-    }
-    line += (line.empty() ? "" : " ") + next;
-  }
-  if (!line.empty()) lines.push_back(line);
-  return lines;
-}
-
 /// An important text, in a box of the given width.
 std::vector<std::string> banner(const std::string& text, std::size_t width, Color color,
                                 const Terminal& terminal) {
