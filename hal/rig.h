@@ -30,6 +30,7 @@ struct DeviceInfo {
   double structural_stiffness_n_per_mm = 0.0;
   double apparent_mass_g = 0.0;
   double coulomb_friction_n = 0.0;  ///< back-drive friction, data sheet; 0 = unknown
+  double structural_mode_hz = 0.0;  ///< lowest mode of the bare device, free; 0 = unknown
 };
 
 /// Properties of a force sensor.

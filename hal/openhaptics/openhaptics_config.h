@@ -23,6 +23,7 @@ struct OpenHapticsConfig {
   std::optional<double> max_force_n{};  ///< lower than the device's own limit; absent = the device's
   std::optional<double> max_continuous_force_n{};         ///< instead of the device's own value
   std::optional<double> structural_stiffness_n_per_mm{};  ///< instead of the data sheet's; 0 = rigid
+  double structural_mode_hz = 0.0;  ///< lowest mode of the bare device, free; 0 = unknown
   std::optional<double> apparent_mass_g{};
   std::optional<double> position_resolution_mm{};
 

@@ -37,6 +37,7 @@ hal::DeviceInfo described(const OpenHapticsConfig& config) {
   info.max_continuous_force_n = config.max_continuous_force_n.value_or(info.max_continuous_force_n);
   info.structural_stiffness_n_per_mm =
       config.structural_stiffness_n_per_mm.value_or(info.structural_stiffness_n_per_mm);
+  info.structural_mode_hz = config.structural_mode_hz;
   info.apparent_mass_g = config.apparent_mass_g.value_or(info.apparent_mass_g);
   info.position_resolution_mm = config.position_resolution_mm.value_or(info.position_resolution_mm);
   return info;

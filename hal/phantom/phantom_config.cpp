@@ -152,6 +152,7 @@ std::optional<hal::Error> check(const PhantomConfig& c) {
       {"max_continuous_force_n", c.max_continuous_force_n, 0.001, c.max_force_n, "0.001 N … max_force_n"},
       {"apparent_mass_g", c.apparent_mass_g, 1.0, 1e4, "1 … 10000 g"},
       {"structural_stiffness_n_per_mm", c.structural_stiffness_n_per_mm, 0.0, 1e6, "0 … 1e6 N/mm"},
+      {"structural_mode_hz", c.structural_mode_hz, 0.0, 1000.0, "0 … 1000 Hz; 0: unknown"},
       {"coulomb_friction_n", c.coulomb_friction_n, 0.0, 100.0, "0 … 100 N"},
       {"max_speed_mm_per_s", c.max_speed_mm_per_s, 1.0, 1e5, "1 … 100000 mm/s"},
       {"max_joint_speed_rad_per_s", c.max_joint_speed_rad_per_s, 0.1, 1e4, "0.1 … 10000 rad/s"},

@@ -51,6 +51,7 @@ struct PhantomConfig {
   double max_continuous_force_n = 1.4;
   double apparent_mass_g = 75.0;
   double structural_stiffness_n_per_mm = 3.5;
+  double structural_mode_hz = 0.0;  ///< lowest mode of the bare device, free; 0 = unknown
   double coulomb_friction_n = 0.04;
 
   double max_speed_mm_per_s = 1500.0;       ///< of the tip; faster is kDeviceOverSpeed and no force

@@ -44,6 +44,7 @@ struct PhantomDevice::State final : CutAtExit {
     info.position_resolution_mm = tip_resolution_mm(config, config.reset_pose_rad);
     info.structural_stiffness_n_per_mm = config.structural_stiffness_n_per_mm;
     info.apparent_mass_g = config.apparent_mass_g;
+    info.structural_mode_hz = config.structural_mode_hz;
     info.coulomb_friction_n = config.coulomb_friction_n;
     tip_mm = forward_mm(config.arm, config.reset_pose_rad) + config.origin_mm;
   }

@@ -48,12 +48,13 @@ class BasicForceController {
         proportional_gain_(parameters.proportional_gain),
         derivative_gain_per_sample_(derivative_gain_per_sample(parameters, rate_hz)) {}
 
-  Value update(const Value& desired_force_n) noexcept {
+  /// `gain_share`: of Kp, 0 … 1.
+  Value update(const Value& desired_force_n, double gain_share = 1.0) noexcept {
     if (law_ == ControlLaw::kOpenLoop) return desired_force_n;
     const Value error = desired_force_n - device_force_n_;
     const Value change = error - last_error_n_;
     last_error_n_ = error;
-    return device_force_n_ + error * proportional_gain_ + change * derivative_gain_per_sample_;
+    return device_force_n_ + error * (gain_share * proportional_gain_) + change * derivative_gain_per_sample_;
   }
   /// Takes what the device was really given: the observer's f_d for the next tick.
   void applied(const Value& force_n) noexcept { device_force_n_ = force_n; }

@@ -113,6 +113,8 @@ inline constexpr auto kFaultTable = [] {
               "move the tool by some millimetres in free air; if it comes back, look who biases the sensor, and at cable and transducer"},
     FaultRule{kSensorFrozen, "sensor_frozen", "the sensor repeats one value although the tool moves and its samples go on", kCut, kAnyClient, true, true, true, 0,
               "start the sensor's box or its acquisition again; see to the cable between them"},
+    FaultRule{kStructureSwings, "structure_swings", "a contact swung with the device's structure, so that less of the structure is compensated and the object feels harder than granted, until the next target", kWarn, kItself, false, false, true, 0,
+              "ask for a target that is nearer to the object's own stiffness; identify the structure (hapticctl identify structural)"},
   };
 }();
 // clang-format on
@@ -138,7 +140,7 @@ static_assert(
       for (std::size_t i = 0; i < kFaultTable.size(); ++i) {
         if (static_cast<std::size_t>(kFaultTable[i].fault) != i + 1) return false;
       }
-      return kFaultTable.back().fault == GuardFault::kSensorFrozen;
+      return kFaultTable.back().fault == GuardFault::kStructureSwings;
     }(),
     "one line a fault, in the order of GuardFault");
 static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.action == FaultAction::kCut); }) ==

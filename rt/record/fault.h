@@ -36,6 +36,7 @@ enum class GuardFault : std::uint8_t {
                        ///< since
   kSensorJumped,       ///< the sensor's reading jumped, and nothing has shown since that the tool is free
   kSensorFrozen,       ///< the sensor repeats an old value although its samples go on
+  kStructureSwings,    ///< the contact swings with the device's structure: less of it is compensated
 };
 
 }  // namespace hapticd::rt

@@ -142,8 +142,9 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
       spec.controller.derivative_gain_ms = gains.derivative_gain_ms;
   }
   if (spec.max_target_stiffness_n_per_mm == 0.0) {
-    spec.max_target_stiffness_n_per_mm =
-        spec.kind == SceneKind::kWall ? default_largest_wall_n_per_mm(device.model) : kMaxTargetNPerMm;
+    spec.max_target_stiffness_n_per_mm = spec.kind == SceneKind::kWall
+                                             ? default_largest_wall_n_per_mm(device.model)
+                                             : largest_target_n_per_mm(device);
   }
   if (spec.guard.max_force_n == 0.0) spec.guard.max_force_n = device.max_force_n;
   if (spec.guard.max_force_rate_n_per_s == 0.0) {

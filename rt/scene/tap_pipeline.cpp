@@ -31,7 +31,7 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       end_(resolved.guard.max_force_n),
       reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                          reaction_delay_s(resolved.controller, rig.rate_hz),
-                     rig.rate_hz, true),
+                     rig.rate_hz),
       displacement_lead_s_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                            reaction_delay_s(resolved.controller, rig.rate_hz)),
       back_drive_(resolved.compensation.back_drive ? rig.device.coulomb_friction_n : 0.0) {}
@@ -49,6 +49,7 @@ void TapPipeline::reset() noexcept {
   fade_.reset();
   late_.reset();
   reaction_lead_.reset();
+  swing_.reset();
   back_drive_.reset();
   has_depth_ = false;
   onset_friction_n_ = back_drive_n_ = command_n_ = displacement_mm_ = 0.0;
@@ -56,6 +57,7 @@ void TapPipeline::reset() noexcept {
 
 void TapPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
   target_.set(target.stiffness_n_per_mm, ramp_s);
+  swing_.retry();
 }
 
 void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
@@ -93,7 +95,7 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
       .contact_depth_mm = contact_depth_mm_,
       .acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2())};
   contact_.detect(input);
-  if (contact_.begins()) reaction_lead_.begin();
+  if (contact_.begins()) swing_.begin();
   if (contact_.begins() || (now.interval.is_gap && !contact_.in_contact())) late_.reset();
   if (contact_.detector().just_declared()) {
     contact_depth_mm_ = looks_back_ ? contact_.onset_mm() : now.depth_mm;
@@ -148,9 +150,11 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   double reaction_n = now.reaction_n;
   if (reaction_lead_.is_on()) {
     const double lead_n = reaction_lead_.update(now.reaction_n, now.interval);
-    const double ahead_mm =
-        reaction_lead_.is_given_up() ? 0.0 : displacement_lead_s_ * motion_.velocity_mm_per_s();
-    reaction_n += compensation_share(target_n_per_mm) * (lead_n - target_n_per_mm * ahead_mm);
+    swing_.update(lead_n, now.interval.s);
+    if (swing_.keeps_lead()) {
+      reaction_n += compensation_share(target_n_per_mm) *
+                    (lead_n - target_n_per_mm * displacement_lead_s_ * motion_.velocity_mm_per_s());
+    }
   }
   if (!contact_.in_contact()) return {};
   const double encoder_mm = now.depth_mm - contact_depth_mm_ - friction_deflection_mm(target_n_per_mm);
@@ -161,13 +165,16 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
     reaction_n +=
         late_.update(target_n_per_mm * x_mm, reaction_n, motion_.velocity_mm_per_s(), now.interval.s);
   }
-  DesiredForce desired = structural_n_per_mm_ > 0.0
-                             ? desired_force_compensated(share * reaction_n, share * target_n_per_mm,
-                                                         encoder_mm, structural_n_per_mm_)
-                             : desired_force_rigid(share * reaction_n, share * target_n_per_mm, encoder_mm);
+  DesiredForce desired =
+      structural_n_per_mm_ > 0.0
+          ? desired_force_compensated(share * reaction_n, share * target_n_per_mm, encoder_mm,
+                                      structural_n_per_mm_, swing_.structure_share())
+          : desired_force_rigid(share * reaction_n, share * target_n_per_mm, encoder_mm);
   if (const double most_n = contact_.max_force_n(); std::abs(desired.force_n) > most_n) {
     const double bound_n = std::copysign(most_n, desired.force_n);
-    const double bends = structural_n_per_mm_ > 0.0 ? share * target_n_per_mm / structural_n_per_mm_ : 0.0;
+    const double bends = structural_n_per_mm_ > 0.0
+                             ? swing_.structure_share() * share * target_n_per_mm / structural_n_per_mm_
+                             : 0.0;
     late_.hold_back((bound_n - desired.force_n) * std::max(1.0 - bends, 1.0 - kMaxCompensableRatio) / share);
     desired = held_at(bound_n, encoder_mm);
   }
@@ -196,7 +203,8 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
     back_drive_n_ = back_drive_.update(now.step_mm) *
                     (contact_.authority() * compensation_share(target) * late_.rendered_share());
   }
-  command_n_ = end_.update(in_contact, controller_.update(desired_n_) + back_drive_n_, now.interval);
+  command_n_ = end_.update(in_contact, controller_.update(desired_n_, swing_.gain_share()) + back_drive_n_,
+                           now.interval);
   return {axis_.device_force_n(command_n_),
           in_contact,
           std::abs(desired_n_) >= kTraceN,

@@ -9,6 +9,7 @@
 #include "rt/control/command_end.h"
 #include "rt/control/force_controller.h"
 #include "rt/control/reaction_lead.h"
+#include "rt/control/swing_response.h"
 #include "rt/modulation/late_onset.h"
 #include "rt/scene/axis.h"
 #include "rt/scene/pipeline.h"
@@ -35,7 +36,8 @@ class TapPipeline final : public Pipeline {
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
   FaultSet faults() const noexcept override {
-    return zero_.faults(contact_.waits_in_motion() || contact_.is_too_noisy());
+    return zero_.faults(contact_.waits_in_motion() || contact_.is_too_noisy()) |
+           (swing_.keeps_structure() ? 0 : set_of(GuardFault::kStructureSwings));
   }
   FollowedZero zero() const noexcept override { return zero_.followed(); }
   void adopt_zero(const FollowedZero& zero) noexcept override { zero_.adopt(zero); }
@@ -84,6 +86,7 @@ class TapPipeline final : public Pipeline {
   CommandEnd end_;
   ReleaseFade fade_;
   ReactionLead reaction_lead_;
+  SwingResponse swing_;
   double displacement_lead_s_;
   BackDriveCompensation back_drive_;
   double onset_friction_n_ = 0.0;  ///< of the device, where the present contact began

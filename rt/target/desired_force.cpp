@@ -12,8 +12,10 @@ DesiredForce desired_force_rigid(double reaction_force_n, double target_n_per_mm
 }
 
 DesiredForce desired_force_compensated(double reaction_force_n, double target_n_per_mm,
-                                       double encoder_displacement_mm, double structural_n_per_mm) noexcept {
-  const double divisor = std::max(1.0 - target_n_per_mm / structural_n_per_mm, 1.0 - kMaxCompensableRatio);
+                                       double encoder_displacement_mm, double structural_n_per_mm,
+                                       double share) noexcept {
+  const double divisor =
+      std::max(1.0 - share * target_n_per_mm / structural_n_per_mm, 1.0 - kMaxCompensableRatio);
   const double force = (reaction_force_n - target_n_per_mm * encoder_displacement_mm) / divisor;
   const double tip = encoder_displacement_mm - force / structural_n_per_mm;
   if (tip < 0.0) return {reaction_force_n, 0.0};

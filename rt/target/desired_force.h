@@ -22,8 +22,9 @@ DesiredForce desired_force_rigid(double reaction_force_n, double target_n_per_mm
 /// demands). Putting last tick's command in for f_d would add a pole at 1 - Kp (1 - k~/k_s) to the
 /// controller; solving for the present f~_d instead,  f~_d = (f_r - k~ x_s) / (1 - k~/k_s),  adds none.
 /// Requires target < structural stiffness; beyond kMaxCompensableRatio of it the divisor is held, which
-/// bounds the gain.
+/// bounds the gain. `share`: of k~/k_s in the divisor; 0 gives the force of (3.3) on a rigid device.
 DesiredForce desired_force_compensated(double reaction_force_n, double target_n_per_mm,
-                                       double encoder_displacement_mm, double structural_n_per_mm) noexcept;
+                                       double encoder_displacement_mm, double structural_n_per_mm,
+                                       double share = 1.0) noexcept;
 
 }  // namespace hapticd::rt

@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+#include "hal/rig.h"
+
 namespace hapticd::rt {
 
 /// Down to which displacement the greatest stiffness of a law that is not linear is looked for.
@@ -17,6 +19,20 @@ inline constexpr double kFirmPressN = 4.0;
 /// amplifier, friction); `hapticd_study report --only maps sensitivity` draws the first two. What can be
 /// compensated of the structure (kMaxCompensableRatio) is more than what stays stable.
 inline constexpr double kMaxTargetNPerMm = 1.0;
+
+/// Lowest structural mode with which a target up to kMaxTargetNPerMm stays still at once. On softer or
+/// heavier structures (PHANToM 1.0 at 70 … 85 Hz) objects of 1 … 2.3 N/mm swung from 0.8 N/mm on, before
+/// SwingResponse took the compensations: `hapticd_study stability`.
+inline constexpr double kStillModeHz = 90.0;
+inline constexpr double kMaxTargetOnUnknownModeNPerMm = 0.7;
+
+/// Largest target that a device holds: less if its mode is low or not known (0). A device taken as rigid has
+/// none, and the High Force model was still at every mode from 60 Hz on.
+inline double largest_target_n_per_mm(const hal::DeviceInfo& device) noexcept {
+  const bool is_still = !(device.structural_stiffness_n_per_mm > 0.0) ||
+                        device.model.ends_with("1_5_high_force") || device.structural_mode_hz >= kStillModeHz;
+  return is_still ? kMaxTargetNPerMm : kMaxTargetOnUnknownModeNPerMm;
+}
 
 /// Maximum ratio of a target to the object's own stiffness at 4 N while exploring: strokes over the objects
 /// of D§4 went unstable from 4.6 to 10 times on (`hapticd_study explore --only stability`), the softest of

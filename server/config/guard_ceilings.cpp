@@ -34,7 +34,8 @@ std::vector<Bound> bounds_on(const GuardCeilings& c, const hal::DeviceInfo& devi
   const rt::SceneSpec plain;
   const rt::GuardLimits& usual = plain.guard;
   const bool is_wall = scene.kind == rt::SceneKind::kWall;
-  const double largest = is_wall ? rt::default_largest_wall_n_per_mm(device.model) : rt::kMaxTargetNPerMm;
+  const double largest =
+      is_wall ? rt::default_largest_wall_n_per_mm(device.model) : rt::largest_target_n_per_mm(device);
   rt::GuardLimits& guard = scene.guard;
   const double force_n = guard.max_force_n > 0.0 ? guard.max_force_n : c.max_force_n;
   std::vector<Bound> bounds = {
@@ -82,7 +83,7 @@ GuardCeilings on_device(const GuardCeilings& ceilings, const hal::DeviceInfo& de
   if (c.max_force_n == 0.0) c.max_force_n = device.max_force_n;
   if (c.max_force_rate_n_per_s == 0.0) c.max_force_rate_n_per_s = device.max_force_n / kFullScaleTimeS;
   if (c.max_target_stiffness_n_per_mm == 0.0) {
-    c.max_target_stiffness_n_per_mm = rt::kMaxTargetNPerMm;
+    c.max_target_stiffness_n_per_mm = rt::largest_target_n_per_mm(device);
   }
   if (c.max_wall_stiffness_n_per_mm == 0.0) {
     c.max_wall_stiffness_n_per_mm = rt::default_largest_wall_n_per_mm(device.model);

@@ -17,7 +17,7 @@ struct GuardCeilings {
   double max_force_n = 0.0;             ///< 0 = the device's own
   double max_force_rate_n_per_s = 0.0;  ///< 0 = the device's force in 5 ms, as in scenes that do not set it
   double max_power_w = 2.5;
-  double max_target_stiffness_n_per_mm = 0.0;  ///< 0 = rt::kMaxTargetNPerMm
+  double max_target_stiffness_n_per_mm = 0.0;  ///< 0 = rt::largest_target_n_per_mm()
   double max_wall_stiffness_n_per_mm = 0.0;    ///< 0 = rt::default_largest_wall_n_per_mm() of the device
   double min_target_ramp_s = 0.1;              ///< for any change of the target
   /// How fast a change of the target may change the force.

@@ -17,6 +17,7 @@ namespace {
 constexpr Range kRateHz{100.0, 10000.0, "Hz"};
 constexpr Range kForceN{0.01, 50.0, "N"};
 constexpr Range kStiffness{0.0, 100.0, "N/mm"};
+constexpr Range kModeHz{0.0, 1000.0, "Hz"};
 constexpr Range kMassG{0.0, 5000.0, "g"};
 constexpr Range kResolutionMm{1e-6, 1.0, "mm"};
 constexpr Range kOriginMm{-1000.0, 1000.0, "mm"};
@@ -53,6 +54,7 @@ void openhaptics_fields(auto& table, auto& config) {
   table.field("max_force_n", config.max_force_n, kForceN);
   table.field("max_continuous_force_n", config.max_continuous_force_n, kForceN);
   table.field("structural_stiffness_n_per_mm", config.structural_stiffness_n_per_mm, kStiffness);
+  table.field("structural_mode_hz", config.structural_mode_hz, kModeHz);
   table.field("apparent_mass_g", config.apparent_mass_g, kMassG);
   table.field("position_resolution_mm", config.position_resolution_mm, kResolutionMm);
   table.field("origin_mm", config.origin_mm, kOriginMm);

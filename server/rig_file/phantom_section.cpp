@@ -23,6 +23,7 @@ void phantom_fields(auto& table, auto& c) {
   table.field("max_continuous_force_n", c.max_continuous_force_n, Range{0.001, 1000.0, "N"});
   table.field("apparent_mass_g", c.apparent_mass_g, Range{1.0, 1e4, "g"});
   table.field("structural_stiffness_n_per_mm", c.structural_stiffness_n_per_mm, Range{0.0, 1e6, "N/mm"});
+  table.field("structural_mode_hz", c.structural_mode_hz, Range{0.0, 1000.0, "Hz"});
   table.field("coulomb_friction_n", c.coulomb_friction_n, Range{0.0, 100.0, "N"});
   table.field("max_speed_mm_per_s", c.max_speed_mm_per_s, Range{1.0, 1e5, "mm/s"});
   table.field("max_joint_speed_rad_per_s", c.max_joint_speed_rad_per_s, Range{0.1, 1e4, "rad/s"});

@@ -67,7 +67,7 @@ Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scen
   TargetSet set;
   set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, rt::kMaxTargetDepthMm);
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
-    set.grant = grant_target(law.stiffness_n_per_mm, resolved);
+    set.grant = grant_target(law.stiffness_n_per_mm, resolved, rig.device);
     if (const rt::ObjectModel* object = scene.object_model())
       add_too_soft_note(set.grant, *object, resolved, rig);
     return set;
@@ -135,6 +135,22 @@ Refusal no_scene() {
           Reason::kNoScene};
 }
 
+/// Why the largest target is what it is, if it is for the device's mode; empty if it is not.
+std::string for_the_mode(const rt::SceneSpec& resolved, const hal::DeviceInfo& device) {
+  const double largest = rt::largest_target_n_per_mm(device);
+  const bool is_for_it = resolved.kind != rt::SceneKind::kWall && largest < rt::kMaxTargetNPerMm &&
+                         resolved.max_target_stiffness_n_per_mm == largest;
+  if (!is_for_it) return "";
+  if (device.structural_mode_hz > 0.0) {
+    return fmt::format(", as the structure of {} swings at {:g} Hz, less than {:g} Hz", device.model,
+                       device.structural_mode_hz, rt::kStillModeHz);
+  }
+  return fmt::format(
+      ", as the mode of {}'s structure is not known: measure it and state structural_mode_hz in the rig's "
+      "configuration (from {:g} Hz on the maximum is {:g} N/mm)",
+      device.model, rt::kStillModeHz, rt::kMaxTargetNPerMm);
+}
+
 Refusal not_in_contact(std::string_view field) {
   return {RefusalKind::kFailedPrecondition,
           {"not in contact: there is nothing to take the value from",
@@ -144,14 +160,16 @@ Refusal not_in_contact(std::string_view field) {
 
 }  // namespace
 
-TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved) {
+TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved,
+                         const hal::DeviceInfo& device) {
   TargetGrant grant;
   grant.granted_n_per_mm = requested_n_per_mm;
   if (grant.granted_n_per_mm > resolved.max_target_stiffness_n_per_mm) {
     grant.granted_n_per_mm = resolved.max_target_stiffness_n_per_mm;
     grant.reason = LimitingReason::kSceneMaximum;
-    grant.explanation = fmt::format("{:g} N/mm requested; scene '{}' allows at most {:g} N/mm",
-                                    requested_n_per_mm, resolved.name, grant.granted_n_per_mm);
+    grant.explanation =
+        fmt::format("{:g} N/mm requested; scene '{}' allows at most {:g} N/mm{}", requested_n_per_mm,
+                    resolved.name, grant.granted_n_per_mm, for_the_mode(resolved, device));
   }
   const double structural_limit = rt::kMaxCompensableRatio * rt::softest_structure_n_per_mm(resolved);
   const bool solved_for_force = resolved.structural_compensation && resolved.kind != rt::SceneKind::kExplore;
@@ -333,7 +351,7 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
   result.max_limited_by =
       std::isfinite(range.max_n_per_mm) ? LimitingReason::kDeviceForce : LimitingReason::kNone;
   if (scene) {
-    const TargetGrant grant = grant_target(range.max_n_per_mm, scene->spec);
+    const TargetGrant grant = grant_target(range.max_n_per_mm, scene->spec, session_.rig_info().device);
     if (grant.reason != LimitingReason::kNone) {
       result.max_n_per_mm = grant.granted_n_per_mm;
       result.max_limited_by = grant.reason;

@@ -28,7 +28,8 @@ struct TargetGrant {
 
 /// min(requested, the scene's maximum, the compensable part of the structural stiffness). The last limits
 /// only scenes that solve the compensation for the device force: those along one axis.
-TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
+TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved,
+                         const hal::DeviceInfo& device);
 
 /// Adds a note if the granted stiffness is softer than feasible, (3.8), on this object under a firm press
 /// (kFirmPressN), by its identified law and with the greatest pull that the device has and the sensor bears.

@@ -32,6 +32,7 @@ phantom::PhantomConfig device_like(const hal::DeviceInfo& simulated) {
   config.max_continuous_force_n = simulated.max_continuous_force_n;
   config.apparent_mass_g = simulated.apparent_mass_g;
   config.structural_stiffness_n_per_mm = simulated.structural_stiffness_n_per_mm;
+  config.structural_mode_hz = simulated.structural_mode_hz;
   config.coulomb_friction_n = simulated.coulomb_friction_n;
   return config;
 }

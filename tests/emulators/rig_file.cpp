@@ -34,8 +34,9 @@ std::string numbers(const std::array<double, 3>& values) {
 
 std::string device_section(const RigPeers& peers, const hal::DeviceInfo& device) {
   const std::string common =
-      fmt::format("structural_stiffness_n_per_mm = {}\napparent_mass_g = {}\n",
-                  number(device.structural_stiffness_n_per_mm), number(device.apparent_mass_g));
+      fmt::format("structural_stiffness_n_per_mm = {}\nstructural_mode_hz = {}\napparent_mass_g = {}\n",
+                  number(device.structural_stiffness_n_per_mm), number(device.structural_mode_hz),
+                  number(device.apparent_mass_g));
   if (peers.page != nullptr) {
     return fmt::format("[rig.openhaptics]\nlibrary = {}\nposition_resolution_mm = {}\n{}\n",
                        quoted(STAND_IN_LIBRARY), number(device.position_resolution_mm), common);

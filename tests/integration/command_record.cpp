@@ -20,9 +20,8 @@ CommandRecord::CommandRecord(const std::shared_ptr<grpc::Channel>& channel)
   reader_ = stub_->Subscribe(&context_, request);
   v1::TelemetryBatch first;
   EXPECT_TRUE(reader_->Read(&first)) << "no telemetry";
-  thread_ = std::thread([this] {
-    v1::TelemetryBatch batch;
-    while (reader_->Read(&batch)) {
+  thread_ = std::thread([this, batch = std::move(first)]() mutable {
+    do {
       const std::lock_guard lock(mutex_);
       for (const v1::TelemetrySample& sample : batch.samples()) {
         const v1::Vector3& force = sample.guard().device_command_n();
@@ -32,7 +31,7 @@ CommandRecord::CommandRecord(const std::shared_ptr<grpc::Channel>& channel)
                                  sample.target().target_stiffness_n_per_mm(),
                                  sample.deformation().displacement_mm()};
       }
-    }
+    } while (reader_->Read(&batch));
   });
 }
 

@@ -24,9 +24,12 @@ std::string rig_text(const v1::RigInfo& rig) {
 
 std::string device_text(const v1::DeviceInfo& device) {
   if (device.model().empty()) return "none";
-  return fmt::format("{}: {:g} N ({:g} N continuous), resolution {:g} mm, structure {:g} N/mm, {:g} g",
+  const std::string mode = device.structural_mode_hz() > 0.0
+                               ? fmt::format("mode {:g} Hz", device.structural_mode_hz())
+                               : "mode unknown";
+  return fmt::format("{}: {:g} N ({:g} N continuous), resolution {:g} mm, structure {:g} N/mm, {}, {:g} g",
                      device.model(), device.max_force_n(), device.max_continuous_force_n(),
-                     device.position_resolution_mm(), device.structural_stiffness_n_per_mm(),
+                     device.position_resolution_mm(), device.structural_stiffness_n_per_mm(), mode,
                      device.apparent_mass_g());
 }
 

@@ -80,7 +80,8 @@ hal::DeviceInfo DeviceModel::info() const {
           encoder_resolution_mm,
           structural_stiffness_n_per_mm,
           1e3 * apparent_mass_kg,
-          coulomb_friction_n};
+          coulomb_friction_n,
+          structural_mode_hz};
 }
 
 std::vector<hal::UncertainParameter> DeviceModel::uncertain() const {

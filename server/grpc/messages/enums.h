@@ -26,7 +26,7 @@ static_assert(to_proto(rt::GuardFault::kOscillation) == v1::GUARD_FAULT_OSCILLAT
 static_assert(to_proto(rt::GuardFault::kSensorZeroLost) == v1::GUARD_FAULT_SENSOR_ZERO_LOST);
 static_assert(to_proto(rt::GuardFault::kClientLost) == v1::GUARD_FAULT_CLIENT_LOST);
 static_assert(to_proto(rt::GuardFault::kUncleanEnd) == v1::GUARD_FAULT_UNCLEAN_END);
-static_assert(to_proto(rt::GuardFault::kSensorFrozen) == v1::GUARD_FAULT_SENSOR_FROZEN);
+static_assert(to_proto(rt::GuardFault::kStructureSwings) == v1::GUARD_FAULT_STRUCTURE_SWINGS);
 
 constexpr v1::FaultAction to_proto(rt::FaultAction action) {
   return static_cast<v1::FaultAction>(static_cast<int>(action) + 1);

@@ -149,6 +149,7 @@ grpc::Status RigService::GetRigInfo(grpc::ServerContext*, const v1::GetRigInfoRe
   device.set_position_resolution_mm(rig.device.position_resolution_mm);
   device.set_structural_stiffness_n_per_mm(rig.device.structural_stiffness_n_per_mm);
   device.set_apparent_mass_g(rig.device.apparent_mass_g);
+  device.set_structural_mode_hz(rig.device.structural_mode_hz);
   device.set_coulomb_friction_n(rig.device.coulomb_friction_n);
   v1::SensorInfo& sensor = *response->mutable_sensor();
   sensor.set_model(printable(rig.sensor.model));

@@ -45,12 +45,14 @@ void name_crashes(bool json) {
         R"({"what": "the HDF5 library failed on the recording", "where": "", "value": "", "limit": "", "remedy": "it is damaged: take another copy", "is_full": false})"
         "\n";
   }
+#ifndef HAPTICD_SANITIZED  // a sanitizer has handlers for them
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
     std::signal(number, [](int) {
       const ssize_t written = write(STDERR_FILENO, words_of_a_crash, std::strlen(words_of_a_crash));
       _exit(written < 0 ? 1 : kRefused);
     });
   }
+#endif
 }
 
 int refuse(const hapticd::hal::Error& error, bool json) {
@@ -112,9 +114,7 @@ int main(int argc, char** argv) {
     if (is_csv) request.format = TableFormat::kCsv;
   }
   be_modest();
-#ifndef HAPTICD_SANITIZED  // which has handlers for them
   name_crashes(json_errors);
-#endif
   if (refuse_links) request.links = hapticd::recording::Links::kRefused;
   try {
     if (const auto error = export_table(request)) return refuse(*error, json_errors);

@@ -32,6 +32,7 @@ rate_hz = 500.0
 max_force_n = 2.5
 max_continuous_force_n = 0.7
 structural_stiffness_n_per_mm = 0.0
+structural_mode_hz = 110.0
 apparent_mass_g = 50.0
 position_resolution_mm = 0.05
 origin_mm = [1.0, -2.5, 3.0]

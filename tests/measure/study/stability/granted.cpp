@@ -125,7 +125,8 @@ void run_granted_stability(StudyContext& context) {
       "granted_stability", "Granted targets that swing", table,
       std::string(
           "tap_1d as shipped at 0.4 … 1 of the largest target it grants, where (3.8) leaves it feasible; "
-          "objects of 0.05 … 1000 N/mm; knocks of 1.5 N. Structure: what it is over what the rig states. "
+          "objects of 0.05 … 1000 N/mm; knocks of 1.5 N. Granted as if the mode were known and high: up to 1 "
+          "N/mm. Structure: what it is over what the rig states. "
           "Objects: those with an unstable target. ") +
           kTrialInWords);
 }

@@ -36,6 +36,15 @@ TEST(Granted, AnEraserIsHeldStillOnAStructureThatSwingsAt70Hz) {
   }
 }
 
+TEST(Granted, AWrongStructureThatSwingsAt70HzBehindALateSensorComesToRest) {
+  for (const double object : {1.6, 2.3}) {
+    const StabilityTrial trial = granted_trial({"phantom_1_0", object, 70.0, "sensor", false, 0.7});
+    for (const double target : {0.8, 0.9, 1.0}) {
+      EXPECT_TRUE(is_stable(run_trial(trial, target).verdict)) << object << ", " << target << " N/mm";
+    }
+  }
+}
+
 TEST(Granted, LateTicksAndAStifferStructureLeaveItStill) {
   for (const std::string device : {"phantom_1_0", "phantom_1_5_high_force"}) {
     for (const double object : {1.0, 100.0}) {
@@ -171,7 +180,8 @@ TEST(StabilityTrial, AWeightExploringSoftFoamStaysAtRestOnStiffTargets) {
   ASSERT_EQ(granted_n_per_mm(trial), 1.0);
   for (const double target : {0.75, 0.8, 0.85, 0.9, 0.95, 1.0}) {
     const TrialOutcome outcome = run_trial(trial, target);
-    EXPECT_TRUE(is_stable(outcome.verdict)) << target << " N/mm: " << to_text(outcome.verdict) << ", " << outcome.swing_mm << " mm, " << outcome.swing_n << " N";
+    EXPECT_TRUE(is_stable(outcome.verdict)) << target << " N/mm: " << to_text(outcome.verdict) << ", "
+                                            << outcome.swing_mm << " mm, " << outcome.swing_n << " N";
   }
 }
 

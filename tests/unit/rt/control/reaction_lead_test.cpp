@@ -86,43 +86,5 @@ TEST(ReactionLead, ForgetsABadNumberWithTheReset) {
   EXPECT_EQ(lead.update(0.0, after_ms(1.0)), 0.0);
 }
 
-/// Feeds so many seconds of a reaction that swings about 2 N.
-bool gives_up_after(ReactionLead& lead, double hz, double amplitude_n, double seconds) {
-  const int ticks = static_cast<int>(seconds * kLeadHz);
-  for (int i = 0; i < ticks; ++i) {
-    const double t = i / kLeadHz;
-    lead.update(2.0 + amplitude_n * std::sin(2.0 * std::numbers::pi * hz * t), after_ms(1.0));
-  }
-  return lead.is_given_up();
-}
-
-TEST(ReactionLead, WhereItSwingsFasterThanAHandItIsGivenUpUntilItIsStill) {
-  ReactionLead lead(kLeadS, kLeadHz, true);
-  EXPECT_FALSE(gives_up_after(lead, 25.0, 0.6, 0.2));
-  EXPECT_TRUE(gives_up_after(lead, 25.0, 0.6, 0.2));
-  EXPECT_EQ(lead.update(3.0, after_ms(1.0)), 0.0);
-  lead.begin();
-  EXPECT_TRUE(lead.is_given_up()) << "a contact that bounces";
-  gives_up_after(lead, 0.1, 0.0, ReactionLead::kStillS + 0.1);
-  lead.begin();
-  EXPECT_FALSE(lead.is_given_up());
-}
-
-TEST(ReactionLead, AHandNoiseAndAKnockLeaveItWhole) {
-  for (const auto& [hz, amplitude_n] : {std::pair{6.0, 2.0}, {150.0, 0.02}, {25.0, 0.05}}) {
-    ReactionLead lead(kLeadS, kLeadHz, true);
-    EXPECT_FALSE(gives_up_after(lead, hz, amplitude_n, 5.0)) << hz << " Hz, " << amplitude_n << " N";
-  }
-  ReactionLead knocked(kLeadS, kLeadHz, true);
-  for (int i = 0; i < 500; ++i) {
-    const double t = i / kLeadHz;
-    knocked.update(2.0 + 2.0 * std::exp(-25.0 * t) * std::sin(2.0 * std::numbers::pi * 40.0 * t),
-                   after_ms(1.0));
-  }
-  EXPECT_FALSE(knocked.is_given_up());
-  ReactionLead kept(kLeadS, kLeadHz);
-  EXPECT_FALSE(gives_up_after(kept, 25.0, 0.6, 2.0));
-}
-
 }  // namespace
 }  // namespace hapticd::rt

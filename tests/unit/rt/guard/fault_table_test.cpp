@@ -63,7 +63,8 @@ class Bench {
   /// True for faults noticed by a pipeline, from tick to tick.
   static bool noticed_only(GuardFault fault) {
     return fault == GuardFault::kSensorZeroFar || fault == GuardFault::kSensorZeroLost ||
-           fault == GuardFault::kSensorJumped || fault == GuardFault::kSensorFrozen;
+           fault == GuardFault::kSensorJumped || fault == GuardFault::kSensorFrozen ||
+           fault == GuardFault::kStructureSwings;
   }
 
   Guard& guard() { return guard_; }

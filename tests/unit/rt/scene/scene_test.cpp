@@ -113,7 +113,15 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
 
 TEST(Scene, TakesTheLargestTargetWhereItDoesNotSay) {
   const auto scene = test::value_of(resolve(named(), rig()));
-  EXPECT_EQ(scene.max_target_stiffness_n_per_mm, 1.0);
+  EXPECT_EQ(scene.max_target_stiffness_n_per_mm, 0.7) << "the structure's mode is not known";
+  for (const auto& [mode_hz, largest] : {std::pair{70.0, 0.7}, {89.0, 0.7}, {90.0, 1.0}, {220.0, 1.0}}) {
+    hal::RigInfo known = rig();
+    known.device.structural_mode_hz = mode_hz;
+    EXPECT_EQ(resolve(named(), known)->max_target_stiffness_n_per_mm, largest) << mode_hz << " Hz";
+  }
+  hal::RigInfo strong = rig();
+  strong.device.model = "phantom_1_5_high_force";
+  EXPECT_EQ(resolve(named(), strong)->max_target_stiffness_n_per_mm, 1.0);
   SceneSpec wall = named();
   wall.kind = SceneKind::kWall;
   EXPECT_EQ(resolve(wall, rig())->max_target_stiffness_n_per_mm, 1.3);
