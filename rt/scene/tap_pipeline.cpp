@@ -193,7 +193,10 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
   update_contact(sample, now);
   const bool in_contact = contact_.in_contact();
 
-  const double target = target_.update(now.interval.periods, displacement_mm_);
+  double target = target_.update(now.interval.periods, displacement_mm_);
+  if (contact_.begins()) soft_object_.begin(target);
+  if (in_contact) target = soft_object_.update(target, now.reaction_n, displacement_mm_, now.interval.s);
+  rendered_n_per_mm_ = target;
   is_held_ = false;
   const DesiredForce desired = desired_force(now, target);
   reaction_n_ = now.reaction_n;
@@ -220,7 +223,7 @@ void TapPipeline::fill_record(TickRecord& record) const noexcept {
   fill_contact(contact_, record);
   record.zero = zero_.zero();
   record.displacement_mm = displacement_mm_;
-  record.target_stiffness_n_per_mm = target_.value();
+  record.target_stiffness_n_per_mm = rendered_n_per_mm_;
   record.desired_force_n = desired_n_;
   record.commanded_force_n = command_n_;
   record.hand_force_n = record.feasible_min_n_per_mm = record.feasible_max_n_per_mm = 0.0;

@@ -18,6 +18,7 @@
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
 #include "rt/target/release_fade.h"
+#include "rt/target/soft_object_bound.h"
 #include "rt/target/target_ramp.h"
 
 namespace hapticd::rt {
@@ -81,6 +82,7 @@ class TapPipeline final : public Pipeline {
   ContactStage contact_;
   double contact_depth_mm_ = 0.0;  ///< where the present contact began
   TargetRamp target_;
+  SoftObjectBound soft_object_;
   ForceController controller_;
   LateOnset late_;
   CommandEnd end_;
@@ -92,8 +94,9 @@ class TapPipeline final : public Pipeline {
   double onset_friction_n_ = 0.0;  ///< of the device, where the present contact began
   double last_depth_mm_ = 0.0;
   bool has_depth_ = false;
-  double back_drive_n_ = 0.0;  ///< in the command besides what the controller wants
-  double reaction_n_ = 0.0;    ///< f_r, of the last tick like those below
+  double back_drive_n_ = 0.0;       ///< in the command besides what the controller wants
+  double rendered_n_per_mm_ = 0.0;  ///< the target, within what the object allows
+  double reaction_n_ = 0.0;         ///< f_r, of the last tick like those below
   double desired_n_ = 0.0;
   double displacement_mm_ = 0.0;
   double command_n_ = 0.0;  ///< the last one, before the guard

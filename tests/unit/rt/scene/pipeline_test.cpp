@@ -35,8 +35,8 @@ TEST(TapPipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
   SceneSpec stiff = rigid(1.2);
   stiff.max_target_stiffness_n_per_mm = 1.2;
   Bench wall(stiff, kStrong);
-  wall.touch(30.0, 0.05, 4000);
-  EXPECT_GT(wall.press(30.0, 30.0, 0.05, 500).device_command_n.z, 30.0);
+  wall.touch(30.0, 0.15, 4000);
+  EXPECT_GT(wall.press(30.0, 30.0, 0.15, 500).device_command_n.z, 30.0);
 }
 
 TEST(TapPipeline, AtItsLargestPullItStillKnowsWhereTheTipIs) {
