@@ -99,6 +99,7 @@ else
   measure rig_transport hapticd_study rig --transport emulated
   measure identify_transport hapticd_study identify --transport emulated
 fi
+measure onset_transport hapticd_study onset --transport emulated "${quick[@]}"
 measure attack hapticd_bench attack "${quick[@]}"
 
 for folder in "$out"/*/; do

@@ -27,7 +27,7 @@ void BasicContactStage<Value>::reset() noexcept {
   in_motion_.reset();
   is_zero_ = false;
   waiting_s_ = load_s_ = 0.0;
-  missed_loads_ = 0;
+  may_load_ = missed_load_ = false;
   since_proven_s_ = kLeftS;
 }
 
@@ -50,18 +50,19 @@ bool BasicContactStage<Value>::has_left_object(const Input& now) const noexcept 
 }
 
 template <class Value>
-void BasicContactStage<Value>::count_missed_loads(const TickInterval& interval) noexcept {
+void BasicContactStage<Value>::notice_missed_load(const TickInterval& interval) noexcept {
   // Hum lets a tool look free for a tick, again and again.
   free_s_ = detector_.is_waiting() ? 0.0 : std::min(free_s_ + interval.s, kSeenFreeS);
   if (free_s_ >= kSeenFreeS) {
-    missed_loads_ = 0;
+    missed_load_ = false;
     load_s_ = 0.0;
+    may_load_ = true;
   } else if (force_n_ > kMissedN) {
-    const bool was_shorter = load_s_ < kMissedS;
-    load_s_ = std::min(load_s_ + interval.s, kMissedS);
-    if (was_shorter && load_s_ >= kMissedS) missed_loads_ = std::min(missed_loads_ + 1, kMissedLoads);
+    if (may_load_) load_s_ = std::min(load_s_ + interval.s, kMissedS);
+    missed_load_ = missed_load_ || load_s_ >= kMissedS;
   } else if (force_n_ < 0.5 * kMissedN) {
     load_s_ = 0.0;
+    may_load_ = true;
   }
 }
 
@@ -83,7 +84,7 @@ void BasicContactStage<Value>::follow_free_reading(const Input& now) noexcept {
   } else if (magnitude(now.velocity_mm_per_s) > kMovingMmPerS && force_n_ < in_motion_.kMaxN) {
     waiting_s_ = std::min(waiting_s_ + now.interval.s, 2.0 * kWaitingS);
   }
-  count_missed_loads(now.interval);
+  notice_missed_load(now.interval);
   const Value varies_n = residual_.prompt_force_n() - free_mean_n_;
   free_mean_n_ = free_mean_n_ + varies_n * (now.interval.s / (now.interval.s + kNoiseMeanS));
   const double one_n = magnitude(varies_n) / std::sqrt(stiffness_fit::components(Value{}));
@@ -146,7 +147,7 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
   is_zero_ = false;
   in_motion_.reset();
   waiting_s_ = load_s_ = 0.0;
-  missed_loads_ = 0;
+  missed_load_ = false;
   begins_ = detector_.just_declared() || (now.interval.is_gap && !is_still_held(now));
   if (begins_) evidence_.begin();
   held_tip_mm_ = now.tip_mm;

@@ -52,6 +52,7 @@ class BasicContactStage {
   }
   /// The sensor's zero is not proven: a contact was none, and the tool is not known to be free.
   void distrust() noexcept {
+    may_load_ = may_load_ && !in_contact();
     if (in_contact()) {
       withdraw();
     } else if (detector_.is_free()) {
@@ -59,7 +60,10 @@ class BasicContactStage {
     }
   }
   /// Whether something is touched is not known.
-  void await_free() noexcept { detector_.await_free(); }
+  void await_free() noexcept {
+    may_load_ = may_load_ && !in_contact();
+    detector_.await_free();
+  }
   void reset() noexcept;
 
   const ContactDetector& detector() const noexcept { return detector_; }
@@ -90,9 +94,9 @@ class BasicContactStage {
   const Value& residual_n() const noexcept { return residual_.residual_n(); }
   /// True if residual_n() is the zero's although it is beyond the threshold: it stays what it is in motion.
   bool zero_shows_in_motion() const noexcept { return is_zero_; }
-  /// True if it has been waiting in motion for so long, or over so many loads, that the sensor's zero must be
-  /// wrong.
-  bool waits_in_motion() const noexcept { return waiting_s_ > kWaitingS || missed_loads_ >= kMissedLoads; }
+  /// True if it has been waiting in motion for so long that the sensor's zero must be wrong, or if a load has
+  /// come meanwhile that was not rendered.
+  bool waits_in_motion() const noexcept { return waiting_s_ > kWaitingS || missed_load_; }
   /// True if the sensor is too noisy for a contact to be told from it.
   bool is_too_noisy() const noexcept { return noise_.is_too_much(); }
 
@@ -127,13 +131,12 @@ class BasicContactStage {
   /// Returns true if the tip has drawn back from a proven contact just now: what little is read is the zero,
   /// which has drifted on unseen.
   bool has_left_object(const Input& now) const noexcept;
-  /// Counts the loads of kMissedN that came and went for kMissedS while a free tool was waited for.
-  void count_missed_loads(const TickInterval& interval) noexcept;
+  /// Notices a load of kMissedN that came and has lasted for kMissedS while a free tool is waited for.
+  void notice_missed_load(const TickInterval& interval) noexcept;
 
   static constexpr double kWaitingS = 2.0;
   static constexpr double kMissedN = 0.3;
   static constexpr double kMissedS = 0.3;
-  static constexpr int kMissedLoads = 2;
   static constexpr double kSeenFreeS = 0.1;
   static constexpr double kLeftS = 0.6;
   static constexpr double kLeftMm = 2.0;
@@ -149,8 +152,9 @@ class BasicContactStage {
   BasicReadingInMotion<Value> in_motion_;
   bool is_zero_ = false;
   double waiting_s_ = 0.0;
-  double load_s_ = 0.0;  ///< how long the present load has lasted
-  int missed_loads_ = 0;
+  double load_s_ = 0.0;     ///< how long the present load has lasted
+  bool may_load_ = false;   ///< nothing has loaded the tool since a free one is waited for: what loads it, comes
+  bool missed_load_ = false;
   bool begins_ = false;
   Value held_tip_mm_{};  ///< in the last tick in contact
   double held_n_ = 0.0;  ///< and the reaction

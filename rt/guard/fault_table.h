@@ -97,7 +97,7 @@ inline constexpr auto kFaultTable = [] {
               "hapticctl turntable status names it; fix it, then hapticctl turntable clear"},
     FaultRule{kOscillation, "oscillation", "the command goes back and forth faster than a hand can, and gives energy", kCut, kAnyClient, false, true, false, 0,
               "lower the target or the gains; hold the tool more firmly"},
-    FaultRule{kSensorZeroFar, "sensor_zero_far", "the sensor's zero has drifted by half of contact.zero_bound_n since its bias, or it reads something in 2 s of motion, or between two loads, while a free tool is waited for, or it is so noisy that contacts are missed", kWarn, kItself, false, false, true, 0,
+    FaultRule{kSensorZeroFar, "sensor_zero_far", "the sensor's zero has drifted by half of contact.zero_bound_n since its bias, or it reads something in 2 s of motion, or a load comes that is not rendered, while a free tool is waited for, or it is so noisy that contacts are missed", kWarn, kItself, false, false, true, 0,
               "bias the sensor when the tool is free and at rest (hapticctl sensor bias); if it is noisy, see to its cable and shield"},
     FaultRule{kSensorZeroLost, "sensor_zero_lost", "the sensor's zero has drifted by contact.zero_bound_n since its bias", kCut, kAnyClient, false, true, true, 0,
               "bias the sensor with the tool free and at rest (hapticctl sensor bias), then clear"},

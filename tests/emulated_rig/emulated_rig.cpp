@@ -33,6 +33,7 @@ std::unique_ptr<hal::HapticDevice> device_on(const hal::DeviceInfo& simulated, d
   config.vendor_library_names = std::string(HD_STAND_IN_FOLDER) + "/libHD_stand_in.so";
   config.model = model_of(simulated.model);
   config.structural_stiffness_n_per_mm = simulated.structural_stiffness_n_per_mm;
+  config.structural_mode_hz = simulated.structural_mode_hz;
   config.stall_s = stall_s;
   return value_of(openhaptics::OpenHapticsDevice::create(config));
 }

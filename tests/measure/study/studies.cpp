@@ -105,6 +105,10 @@ const std::vector<Study>& studies() {
        "how a contact begins to be felt",
        {
            {"force", "first force, its depth and the steepest slope, by object, device and speed", run_onset},
+       },
+       {
+           {"force", "the same live over emulated real transports, with a late clock and a drifting sensor",
+            run_onset_live, PlantUse::kSeparable},
        }},
       {"stability",
        "whether what is granted is stable on a rig that is other than it is taken to be",

@@ -23,7 +23,7 @@ Part run_estimators, run_chain, run_resume, run_guided_presses, run_python_telem
 // friction, transients
 Part run_friction_target, run_friction_stiffness, run_transient_frequency, run_transient_hardness;
 // faults, loading, onset
-Part run_faults, run_loading_error, run_loading_budget, run_onset;
+Part run_faults, run_loading_error, run_loading_budget, run_onset, run_onset_live;
 // stability, uncertainty
 Part run_granted_stability, run_displacement_coverage, run_parameter_coverage;
 // report

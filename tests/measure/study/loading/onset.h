@@ -20,6 +20,10 @@ struct OnsetOutcome {
 /// highest speed, and goes on as deep as it came. Force and displacement are the simulation's truth.
 OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s);
 
+/// The same live, over the vendor's library and a Net F/T box, with a late scheduler; at most three times, if
+/// the machine stalled.
+OnsetOutcome meet_live(const LoadingTrial& trial, double speed_mm_per_s);
+
 /// The slope ratio of the same hand that meets a real object of the target's stiffness, elastic and linear,
 /// with the same device, whose motors give nothing: the device's own mass and friction are in every slope.
 double slope_ratio_of_real(const LoadingTrial& trial, double speed_mm_per_s);
