@@ -20,8 +20,8 @@ struct OnsetOutcome {
 /// highest speed, and goes on as deep as it came. Force and displacement are the simulation's truth.
 OnsetOutcome meet(const LoadingTrial& trial, double speed_mm_per_s);
 
-/// The same live, over the vendor's library and a Net F/T box, with a late scheduler; at most three times, if
-/// the machine stalled.
+/// Onset of the same press, live over the vendor's library and a Net F/T box, with a late scheduler; at most
+/// three times, if the machine stalled.
 OnsetOutcome meet_live(const LoadingTrial& trial, double speed_mm_per_s);
 
 /// The slope ratio of the same hand that meets a real object of the target's stiffness, elastic and linear,
