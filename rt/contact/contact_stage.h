@@ -153,7 +153,7 @@ class BasicContactStage {
   bool is_zero_ = false;
   double waiting_s_ = 0.0;
   double load_s_ = 0.0;     ///< how long the present load has lasted
-  bool may_load_ = false;   ///< nothing has loaded the tool since a free one is waited for: what loads it, comes
+  bool may_load_ = false;   ///< the tool was seen unloaded: a load is one that has come since
   bool missed_load_ = false;
   bool begins_ = false;
   Value held_tip_mm_{};  ///< in the last tick in contact

@@ -5,21 +5,22 @@
 
 namespace hapticd::rt {
 
-/// What a contact along one axis gives up where it swings. A structure may be softer or swing slower than the
-/// device's data say, and the loop may be later than it knows: then the compensations take the damping away
-/// that kept the loop still.
+/// Gives up compensations, step by step, while a contact along one axis swings. A structure may be softer or
+/// slower than the device's data say, and the loop may be later than it knows: then the compensations take
+/// the damping away that kept the loop still.
 ///
 /// The signal is the reaction's lead (ReactionLead): it has no mean, and a hand is slower than its band. A
 /// *turn* is a change of its sign with at least kSwingN in between. kTurns of them, each within kHalfSwingS
-/// of the one before, are a swing. What the next swing takes:
+/// of the one before, are a swing, also if something shakes the object from outside. A scene without the lead
+/// has no such signal. The swings take, one after the other:
 ///
 /// 1. the lead; it is back with the next contact once it has been still for kStillS;
-/// 2. half of the structure's compensation, and 3. the rest: the loop gain falls by 1 - k~/k_s
+/// 2. half of the structure's compensation, and 3. the rest: the loop gain falls to 1 - k~/k_s of it
 ///    (desired_force_compensated()), and the object feels harder than the target;
 /// 4. half of the controller's proportional gain, and 5. half of the rest: slower, the held force is the
 /// same.
 ///
-/// What goes from the second on is back with the next target, for it is the target that was too much for the
+/// The structure's compensation and the gain are back with the next target: this one was too much for the
 /// structure. Bounded work in each tick.
 class SwingResponse {
  public:
@@ -46,7 +47,7 @@ class SwingResponse {
   void retry() noexcept {
     if (!keeps_structure()) swings_ = 0;
   }
-  /// Begins anew but for what the target was too much for.
+  /// Forgets the motion so far. What only the next target brings back stays given up.
   void reset() noexcept {
     turns_ = 0;
     if (keeps_structure()) swings_ = 0;

@@ -114,7 +114,7 @@ inline constexpr auto kFaultTable = [] {
     FaultRule{kSensorFrozen, "sensor_frozen", "the sensor repeats one value although the tool moves and its samples go on", kCut, kAnyClient, true, true, true, 0,
               "start the sensor's box or its acquisition again; see to the cable between them"},
     FaultRule{kStructureSwings, "structure_swings", "a contact swung with the device's structure, so that less of the structure is compensated and the object feels harder than granted, until the next target", kWarn, kItself, false, false, true, 0,
-              "ask for a target that is nearer to the object's own stiffness; identify the structure (hapticctl identify structural)"},
+              "set a target that is nearer to the object's own stiffness, or the same again if something else shook the object; identify the structure (hapticctl identify structural)"},
   };
 }();
 // clang-format on
