@@ -195,7 +195,8 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
 
   double target = target_.update(now.interval.periods, displacement_mm_);
   if (contact_.begins()) soft_object_.begin(target);
-  if (in_contact) target = soft_object_.update(target, now.reaction_n, displacement_mm_, now.interval.s);
+  if (in_contact && contact_.needs_evidence())
+    target = soft_object_.update(target, now.reaction_n, displacement_mm_, now.interval.s);
   rendered_n_per_mm_ = target;
   is_held_ = false;
   const DesiredForce desired = desired_force(now, target);
@@ -206,8 +207,9 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
     back_drive_n_ = back_drive_.update(now.step_mm) *
                     (contact_.authority() * compensation_share(target) * late_.rendered_share());
   }
-  command_n_ = end_.update(in_contact, controller_.update(desired_n_, swing_.gain_share()) + back_drive_n_,
-                           now.interval);
+  const double gain_share = in_contact ? swing_.gain_share() : 1.0;  // the end of a contact is not slowed
+  command_n_ =
+      end_.update(in_contact, controller_.update(desired_n_, gain_share) + back_drive_n_, now.interval);
   return {axis_.device_force_n(command_n_),
           in_contact,
           std::abs(desired_n_) >= kTraceN,

@@ -60,7 +60,7 @@ std::vector<TrustCase> tested_cases() {
 
 /// Runs that once pushed: a tool that leaves slowly or at 5 kHz with a zero that jumped under the press, a
 /// step across a load that changes, several jumps while the object is left with 1 mm/s, an arm thrown by an
-/// edge.
+/// edge, an edge that makes a contact swing.
 std::vector<TrustCase> hard_cases() {
   struct Hard {
     const char* cause;
@@ -79,6 +79,8 @@ std::vector<TrustCase> hard_cases() {
                            Hard{"zero_jump_touched", "0.15 N", "explore_bearing", 1, 1000.0, 2},
                            Hard{"zero_jump_left", "1 N", "explore_rod", 0, 1000.0, 2},
                            Hard{"zero_jump_left", "1 N", "explore_bearing", 1, 1000.0, 2},
+                           Hard{"slid_off_its_edge", "", "tap_1d", 0, 1000.0, 2},
+                           Hard{"slid_off_its_edge", "", "tap_1d", 0, 1000.0, 4},
                            Hard{"slid_off_its_edge", "", "explore_rod", 1, 1000.0, 1},
                            Hard{"slid_off_its_edge", "", "explore_rod", 1, 1000.0, 2}}) {
     for (const TrustCause& cause : trust_causes()) {
